@@ -1,0 +1,164 @@
+//! HTTP client of an agent.
+
+use futures_util::stream;
+use reqwest::Method;
+use rts_http::client::{Client, ClientError, segment};
+use rts_http::lines::Lines;
+use rts_plan::observed::Inventory;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::messages::{
+    Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport, ModuleRequest,
+    ModuleResolution, NodeInfo, NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest,
+};
+use crate::{AgentApi, BatchEvents, paths};
+
+/// An agent behind a Unix socket.
+#[derive(Debug, Clone)]
+pub struct HttpAgent {
+    http: Client,
+}
+
+impl HttpAgent {
+    /// An agent that listens on the client's socket.
+    pub fn new(http: Client) -> Self {
+        Self { http }
+    }
+
+    /// Who it is.
+    pub async fn node(&self) -> Result<NodeInfo, ClientError> {
+        self.http.get(paths::NODE).await
+    }
+
+    /// The last `tail` lines of a component's log.
+    pub async fn log(&self, instance: &str, tail: usize) -> Result<String, ClientError> {
+        let path = paths::LOG.replace("{instance}", &segment(instance));
+        self.http
+            .text(
+                self.http
+                    .request(Method::GET, &path)
+                    .query(&[("tail", tail)]),
+            )
+            .await
+    }
+
+    /// Loads a module by hand.
+    pub async fn load_module(
+        &self,
+        manager: &str,
+        request: &ModuleRequest,
+    ) -> Result<Factory, ClientError> {
+        self.at_manager(Method::POST, paths::MANAGER_MODULES, manager, request)
+            .await
+    }
+
+    /// Unloads a module.
+    pub async fn unload_module(&self, manager: &str, type_name: &str) -> Result<(), ClientError> {
+        self.delete(
+            &of_manager(paths::MANAGER_MODULE, manager).replace("{type}", &segment(type_name)),
+        )
+        .await
+    }
+
+    /// Modules that a manager has opened.
+    pub async fn factories(&self, manager: &str) -> Result<Vec<Factory>, ClientError> {
+        self.http
+            .get(&of_manager(paths::MANAGER_FACTORIES, manager))
+            .await
+    }
+
+    /// Creates a component by hand.
+    pub async fn create(
+        &self,
+        manager: &str,
+        request: &CreateByHand,
+    ) -> Result<CreatedByHand, ClientError> {
+        self.at_manager(Method::POST, paths::MANAGER_COMPONENTS, manager, request)
+            .await
+    }
+
+    /// Deletes a component that was created by hand.
+    pub async fn delete_component(&self, manager: &str, instance: &str) -> Result<(), ClientError> {
+        let path = of_manager(paths::MANAGER_COMPONENT, manager);
+        self.delete(&path.replace("{instance}", &segment(instance)))
+            .await
+    }
+
+    async fn at_manager<B: Serialize, T: DeserializeOwned>(
+        &self,
+        method: Method,
+        path: &str,
+        manager: &str,
+        body: &B,
+    ) -> Result<T, ClientError> {
+        self.http
+            .send(method, &of_manager(path, manager), body)
+            .await
+    }
+
+    async fn delete(&self, path: &str) -> Result<(), ClientError> {
+        self.http
+            .text(self.http.request(Method::DELETE, path))
+            .await
+            .map(drop)
+    }
+}
+
+fn of_manager(path: &str, manager: &str) -> String {
+    path.replace("{manager}", &segment(manager))
+}
+
+impl AgentApi for HttpAgent {
+    async fn inventory(&self) -> Result<Inventory, ClientError> {
+        self.http.get(paths::INVENTORY).await
+    }
+
+    async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {
+        self.http.send(Method::PUT, paths::NODE_SPEC, spec).await
+    }
+
+    async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {
+        let response = self
+            .http
+            .accept(self.http.request(Method::POST, paths::BATCHES).json(batch))
+            .await?;
+        let lines = Lines::of(response);
+        let socket = self.http.socket().to_owned();
+        Ok(Box::pin(stream::try_unfold(
+            (lines, socket),
+            |(mut lines, socket)| async move {
+                let Some(line) = lines.next().await else {
+                    return Ok(None);
+                };
+                let line = line.map_err(|e| ClientError::Unreachable {
+                    socket: socket.clone(),
+                    reason: e.to_string(),
+                })?;
+                let event: BatchEvent =
+                    serde_json::from_str(&line).map_err(|e| ClientError::Protocol {
+                        socket: socket.clone(),
+                        reason: e.to_string(),
+                    })?;
+                Ok(Some((event, (lines, socket))))
+            },
+        )))
+    }
+
+    async fn release(&self, plan_id: &str, gates: &GateReport) -> Result<(), ClientError> {
+        let path = paths::BATCH_GATES.replace("{plan}", &segment(plan_id));
+        self.http
+            .text(self.http.request(Method::POST, &path).json(gates))
+            .await
+            .map(drop)
+    }
+
+    async fn resolve_modules(
+        &self,
+        type_names: &[String],
+    ) -> Result<Vec<ModuleResolution>, ClientError> {
+        let request = ResolveRequest {
+            types: type_names.to_vec(),
+        };
+        self.http.send(Method::POST, paths::RESOLVE, &request).await
+    }
+}

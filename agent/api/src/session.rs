@@ -1,0 +1,110 @@
+//! How an agent greets its controller: a session, then heartbeats. The newest session of a node wins.
+
+use std::time::Duration;
+
+use reqwest::Method;
+use rts_http::client::{Client, ClientError, segment};
+use rts_plan::observed::Inventory;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Time between two heartbeats.
+pub const HEARTBEAT: Duration = Duration::from_secs(1);
+/// A node without a heartbeat for this long is unknown.
+pub const UNKNOWN_AFTER: Duration = Duration::from_secs(3);
+
+/// `POST` on the controller: [`SessionGreeting`], [`SessionReply`] back.
+pub const SESSIONS: &str = "/v1/nodes/{node}/sessions";
+/// `POST` on the controller: [`Heartbeat`]. 404: greet again. 409: a newer session has taken over.
+pub const HEARTBEATS: &str = "/v1/nodes/{node}/sessions/{session}/heartbeat";
+
+/// First message of an agent.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct SessionGreeting {
+    /// [`crate::PROTOCOL_VERSION`].
+    pub protocol_version: u32,
+    /// Program version.
+    pub version: String,
+    /// Unique id of this session.
+    pub session: String,
+    /// Unix socket on which the agent serves its API.
+    pub endpoint: String,
+    /// Names by which hosts in profiles may mean this node.
+    pub aliases: Vec<String>,
+    /// Generation in its ledger; none when it has none.
+    pub applied_generation: Option<u64>,
+    /// Everything that runs on it.
+    pub inventory: Inventory,
+}
+
+/// Answer to a greeting.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct SessionReply {
+    /// Uid of the controller's store.
+    pub cluster_uid: String,
+    /// Epoch of the controller's store.
+    pub epoch: u64,
+}
+
+/// A sign of life.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Heartbeat {
+    /// Revision of the agent's inventory: a new one makes the controller ask for it.
+    pub inventory_revision: u64,
+    /// What happened since the last heartbeat that was accepted.
+    #[serde(default)]
+    pub events: Vec<AgentEvent>,
+}
+
+/// Something that an agent saw.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct AgentEvent {
+    /// `Normal` or `Warning`, as in Kubernetes.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// One CamelCase word (`ManagerDied`).
+    pub reason: String,
+    /// What it is about (`manager/hello.main`).
+    pub object: String,
+    /// System name, when it belongs to one.
+    #[serde(default)]
+    pub system: Option<String>,
+    /// For people.
+    pub message: String,
+}
+
+/// The agent's side of a session.
+#[derive(Debug, Clone)]
+pub struct SessionClient {
+    http: Client,
+    node: String,
+}
+
+impl SessionClient {
+    /// A client of the controller that listens on a socket.
+    pub fn new(http: Client, node: impl Into<String>) -> Self {
+        Self {
+            http,
+            node: node.into(),
+        }
+    }
+
+    /// Greets.
+    pub async fn greet(&self, greeting: &SessionGreeting) -> Result<SessionReply, ClientError> {
+        let path = SESSIONS.replace("{node}", &segment(&self.node));
+        self.http.send(Method::POST, &path, greeting).await
+    }
+
+    /// Sends a heartbeat.
+    pub async fn heartbeat(&self, session: &str, heartbeat: &Heartbeat) -> Result<(), ClientError> {
+        let path = HEARTBEATS
+            .replace("{node}", &segment(&self.node))
+            .replace("{session}", &segment(session));
+        let request = self.http.request(Method::POST, &path).json(heartbeat);
+        self.http.text(request).await.map(drop)
+    }
+}

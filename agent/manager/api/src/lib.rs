@@ -1,0 +1,14 @@
+//! Control protocol of a manager process: what its agent (or `rtsctl down`) says to it over its Unix socket.
+//!
+//! A frame is a u32 length in network order and that many bytes of JSON ([`frame`]). The first frame each way is a
+//! greeting; then a control connection carries requests, responses and pushed events ([`control`]), and a data
+//! connection carries samples ([`data`]).
+
+pub mod client;
+pub mod control;
+pub mod data;
+pub mod files;
+pub mod frame;
+
+/// Version of the protocol. A manager also speaks the previous one.
+pub const PROTOCOL_VERSION: u32 = 1;

@@ -1,0 +1,446 @@
+//! Objects of the API: `apiVersion, kind, metadata, spec, status`.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+use rts_schemas::system::{Configuration, PortKind, SystemSpec};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Kinds of objects.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+pub enum Kind {
+    /// A deployed system.
+    System,
+    /// A machine with an agent.
+    Node,
+    /// An RT-Component.
+    Component,
+    /// A connector between two ports.
+    Connector,
+    /// A process that holds components.
+    Manager,
+    /// Something that happened.
+    Event,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Kind; 6] = [
+        Kind::System,
+        Kind::Node,
+        Kind::Component,
+        Kind::Connector,
+        Kind::Manager,
+        Kind::Event,
+    ];
+
+    /// Lower-case plural, as in paths and on the command line.
+    pub fn plural(self) -> &'static str {
+        match self {
+            Kind::System => "systems",
+            Kind::Node => "nodes",
+            Kind::Component => "components",
+            Kind::Connector => "connectors",
+            Kind::Manager => "managers",
+            Kind::Event => "events",
+        }
+    }
+}
+
+/// What every object has.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Object<Spec, Status> {
+    /// [`crate::API_VERSION`].
+    pub api_version: String,
+    /// Kind.
+    pub kind: Kind,
+    /// Name, identity, version.
+    pub metadata: Metadata,
+    /// What is wanted.
+    pub spec: Spec,
+    /// What is.
+    pub status: Status,
+}
+
+/// Name, identity and version of an object.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Metadata {
+    /// Name, unique in its kind (and node or system).
+    pub name: String,
+    /// Identity: another object of the same name has another.
+    #[serde(default)]
+    pub uid: String,
+    /// Changes with every change but those of counters, heartbeats and ages.
+    #[serde(default)]
+    pub resource_version: String,
+    /// Raised by each change of the spec.
+    #[serde(default)]
+    pub generation: u64,
+    /// Labels.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub labels: BTreeMap<String, String>,
+    /// When it was made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub creation_timestamp: Option<Timestamp>,
+    /// When its deletion was asked for; it goes away once everything has stopped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub deletion_timestamp: Option<Timestamp>,
+}
+
+/// One aspect of an object's state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Condition {
+    /// CamelCase (`Synced`, `Healthy`, `Progressing`).
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// `True`, `False`, `Unknown`.
+    pub status: String,
+    /// One CamelCase word.
+    pub reason: String,
+    /// For people.
+    pub message: String,
+    /// When `status` last changed.
+    #[schema(value_type = String, format = DateTime)]
+    pub last_transition_time: Timestamp,
+    /// Generation that it speaks of.
+    #[serde(default)]
+    pub observed_generation: u64,
+}
+
+/// A deployed system.
+pub type System = Object<SystemSpec, SystemStatus>;
+/// A node.
+pub type Node = Object<NodeSpecView, NodeStatus>;
+/// A component.
+pub type Component = Object<ComponentView, ComponentStatus>;
+/// A connector.
+pub type Connector = Object<ConnectorView, ConnectorStatus>;
+/// A manager.
+pub type Manager = Object<ManagerView, ManagerStatus>;
+/// An event.
+pub type Event = Object<EventView, EventStatus>;
+
+/// Where a system is on its way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+pub enum Phase {
+    /// Steps are being carried out, or will be at once.
+    #[default]
+    Progressing,
+    /// Nothing is left to do and everything required is healthy.
+    Converged,
+    /// Something failed and waits for its next try, or cannot be done.
+    Degraded,
+    /// Being taken down.
+    Terminating,
+}
+
+/// State of a system.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct SystemStatus {
+    /// Generation that the rest speaks of.
+    pub observed_generation: u64,
+    /// Where it is on its way.
+    pub phase: Phase,
+    /// Observed equals desired.
+    pub synced: bool,
+    /// Every required component is Active and every connector Connected.
+    pub healthy: bool,
+    /// Aspects.
+    #[serde(default)]
+    pub conditions: Vec<Condition>,
+    /// Steps of the plan that is being carried out.
+    #[serde(default)]
+    pub progress: Progress,
+    /// What does not go on, and why.
+    #[serde(default)]
+    pub waiting_on: Vec<Waiting>,
+    /// Which host of the profile went to which node, and other remarks.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// What runs and is in no spec.
+    #[serde(default)]
+    pub drift: Vec<String>,
+    /// Number of components in the spec.
+    #[serde(default)]
+    pub components: u32,
+    /// Number of those that are Active.
+    #[serde(default)]
+    pub active: u32,
+}
+
+/// Progress of a plan.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Progress {
+    /// Steps that have succeeded.
+    pub done: u32,
+    /// All steps.
+    pub total: u32,
+    /// What runs now (`Activate component/Sine0`), at most 8.
+    #[serde(default)]
+    pub running: Vec<String>,
+}
+
+/// Something that does not go on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Waiting {
+    /// `component/Motor0`.
+    pub target: String,
+    /// Why.
+    pub reason: String,
+    /// The system cannot be healthy without it.
+    pub required: bool,
+    /// Tries so far.
+    #[serde(default)]
+    pub tries: u32,
+    /// When it is tried again; none when it waits for something else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub next_try: Option<Timestamp>,
+}
+
+/// What a node is.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct NodeSpecView {
+    /// Socket of its agent.
+    pub endpoint: String,
+    /// Hosts in profiles that mean this node.
+    #[serde(default)]
+    pub aliases: Vec<String>,
+}
+
+/// State of a node.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct NodeStatus {
+    /// `Ready`, `NotReady`, `Unknown`.
+    pub state: String,
+    /// Last heartbeat. Raises no resourceVersion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub last_seen: Option<Timestamp>,
+    /// Version of its agent.
+    #[serde(default)]
+    pub version: String,
+    /// Session of its agent.
+    #[serde(default)]
+    pub session: String,
+    /// Managers that run on it.
+    #[serde(default)]
+    pub managers: u32,
+    /// Components that run on it.
+    #[serde(default)]
+    pub components: u32,
+}
+
+/// What a component is.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ComponentView {
+    /// System; empty for one that was created by hand.
+    #[serde(default)]
+    pub system: String,
+    /// Type name.
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// The system cannot be healthy without it.
+    #[serde(default)]
+    pub required: bool,
+    /// Configuration that is wanted.
+    #[serde(default)]
+    pub configuration: Configuration,
+}
+
+/// State of a component.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ComponentStatus {
+    /// `Created|Inactive|Active|Error|Unknown`.
+    pub state: String,
+    /// Node.
+    pub node: String,
+    /// Manager (`main`).
+    pub manager: String,
+    /// Process id of its manager.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pid: Option<u32>,
+    /// Times it was made again after its process died.
+    #[serde(default)]
+    pub restarts: u32,
+    /// It stands in for a component whose package is not there.
+    #[serde(default)]
+    pub stand_in: bool,
+    /// Unique id of this creation.
+    #[serde(default)]
+    pub incarnation: String,
+    /// Why it is not Active, when it should be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waiting_on: Option<String>,
+    /// State before it became Unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_known_state: Option<String>,
+    /// Why it is in Error, or its last complaint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// It is in no system's spec.
+    #[serde(default)]
+    pub drift: bool,
+    /// Configuration as it is.
+    #[serde(default)]
+    pub configuration: Configuration,
+    /// Rate in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// `on_execute` calls. A counter.
+    #[serde(default)]
+    pub executions: u64,
+    /// When this incarnation was created.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub created: Option<Timestamp>,
+}
+
+/// What a connector is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ConnectorView {
+    /// System.
+    #[serde(default)]
+    pub system: String,
+    /// Data or service.
+    pub kind: PortKind,
+    /// `Instance.port`.
+    pub source: String,
+    /// `Instance.port`.
+    pub target: String,
+    /// IDL repository id.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_type: Option<String>,
+    /// Properties.
+    #[serde(default)]
+    pub properties: BTreeMap<String, String>,
+}
+
+/// State of a connector.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ConnectorStatus {
+    /// `Connected|Connecting|Disconnected|Unknown`.
+    pub state: String,
+    /// `direct`, `uds`.
+    #[serde(default)]
+    pub transport: String,
+    /// A counter.
+    #[serde(default)]
+    pub samples_sent: u64,
+    /// A counter.
+    #[serde(default)]
+    pub samples_received: u64,
+    /// A counter.
+    #[serde(default)]
+    pub bytes: u64,
+    /// A counter.
+    #[serde(default)]
+    pub drops: u64,
+    /// Why it is not Connected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waiting_on: Option<String>,
+    /// It is in no system's spec.
+    #[serde(default)]
+    pub drift: bool,
+}
+
+/// What a manager is.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ManagerView {
+    /// System; empty for one that was started by hand.
+    #[serde(default)]
+    pub system: String,
+}
+
+/// State of a manager.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ManagerStatus {
+    /// Node.
+    pub node: String,
+    /// Process id.
+    pub pid: u32,
+    /// `Ready`, or `Unresponsive`.
+    pub state: String,
+    /// Instance names.
+    #[serde(default)]
+    pub components: Vec<String>,
+    /// Type names of open modules.
+    #[serde(default)]
+    pub modules: Vec<String>,
+    /// Unique id of this start.
+    #[serde(default)]
+    pub incarnation: String,
+    /// When it started.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub started: Option<Timestamp>,
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct EventView {
+    /// System, when it belongs to one.
+    #[serde(default)]
+    pub system: String,
+    /// `Normal` or `Warning`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// One CamelCase word.
+    pub reason: String,
+    /// `component/Sine0`.
+    pub object: String,
+    /// For people.
+    pub message: String,
+}
+
+/// An event has no state but when it happened.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct EventStatus {
+    /// When.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub time: Option<Timestamp>,
+}
+
+/// A list of objects.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct List<T> {
+    /// [`crate::API_VERSION`].
+    pub api_version: String,
+    /// `List`.
+    pub kind: String,
+    /// Version from which a watch goes on.
+    pub metadata: ListMetadata,
+    /// The objects, sorted by name (events: by time).
+    pub items: Vec<T>,
+}
+
+/// Version of a list.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ListMetadata {
+    /// The store's revision when the list was made.
+    pub resource_version: String,
+}

@@ -1,0 +1,31 @@
+//! Paths of the controller API. Lists and watches: [`objects`]; `?watch=true&resourceVersion=N` watches.
+
+/// `GET`, `PUT` ([`crate::requests::ApplyRequest`] → [`crate::requests::ApplyResult`]), `DELETE`.
+pub const SYSTEM: &str = "/v1/systems/{name}";
+/// `GET`: plan of the stored system; `POST` ([`crate::requests::ApplyRequest`]): what an apply would do. Nothing changes.
+pub const SYSTEM_PLAN: &str = "/v1/systems/{name}/plan";
+/// `GET`.
+pub const NODE: &str = "/v1/nodes/{name}";
+/// `GET`: a component at its stable address.
+pub const COMPONENT: &str = "/v1/components/{node}/{instance}";
+/// `GET ?tail=N`: last lines of its log as text.
+pub const COMPONENT_LOG: &str = "/v1/components/{node}/{instance}/log";
+/// `GET`.
+pub const CONNECTOR: &str = "/v1/connectors/{system}/{name}";
+/// `GET`.
+pub const MANAGER: &str = "/v1/managers/{node}/{name}";
+/// `POST`: loads a module by hand. Starts a manager that no system owns when there is none of that name.
+pub const MANAGER_MODULES: &str = "/v1/managers/{node}/{name}/modules";
+/// `DELETE`: unloads a module.
+pub const MANAGER_MODULE: &str = "/v1/managers/{node}/{name}/modules/{type}";
+/// `GET`: modules that it has opened.
+pub const MANAGER_FACTORIES: &str = "/v1/managers/{node}/{name}/factories";
+/// `POST`: creates a component by hand.
+pub const MANAGER_COMPONENTS: &str = "/v1/managers/{node}/{name}/components";
+/// `DELETE`: deletes a component that was created by hand.
+pub const MANAGER_COMPONENT: &str = "/v1/managers/{node}/{name}/components/{instance}";
+
+/// Path of a kind's list: `/v1/systems`, `/v1/nodes`, …
+pub fn objects(kind: crate::objects::Kind) -> String {
+    format!("/v1/{}", kind.plural())
+}

@@ -1,0 +1,42 @@
+//! Bodies of requests and their answers that are not objects.
+
+use rts_plan::plan::Plan;
+use rts_schemas::system::SystemSpec;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::objects::System;
+
+/// Applies a system, or asks what an apply would do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct ApplyRequest {
+    /// What is wanted. Its name must be the one in the path.
+    pub spec: SystemSpec,
+    /// Take the place of a stored system of another identity.
+    #[serde(default)]
+    pub replace: bool,
+}
+
+/// Answer to an apply.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ApplyResult {
+    /// The system as stored.
+    pub system: System,
+    /// False when the same spec was stored already.
+    pub changed: bool,
+    /// The plan that starts now; empty when nothing is to be done.
+    pub plan: Plan,
+}
+
+/// What an apply would do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct PlanResult {
+    /// The plan.
+    pub plan: Plan,
+    /// Which host went to which node, and other remarks.
+    #[serde(default)]
+    pub notes: Vec<String>,
+}

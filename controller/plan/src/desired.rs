@@ -1,0 +1,110 @@
+//! Desired state: what every node was told to have.
+
+use std::collections::BTreeMap;
+
+use rts_schemas::system::{ComponentSpec, ConnectorSpec, Orders};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Everything that should run, by node.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Desired {
+    /// One entry per node that has, or had, anything to run. A node with an empty spec runs nothing.
+    pub nodes: BTreeMap<String, NodeSpec>,
+}
+
+/// The whole of what one node should run, over all systems. Stored durably by its agent.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct NodeSpec {
+    /// Node name.
+    pub node: String,
+    /// The parts of systems that lie on this node, by system name.
+    #[serde(default)]
+    pub systems: Vec<NodeSystem>,
+}
+
+/// The part of one system that lies on one node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct NodeSystem {
+    /// Which system.
+    pub system: SystemRef,
+    /// Components of this node.
+    pub components: Vec<PlacedComponent>,
+    /// Connectors with at least one end on this node.
+    #[serde(default)]
+    pub connectors: Vec<PlacedConnector>,
+    /// Orders of the whole system; names of other nodes' components may occur.
+    #[serde(default)]
+    pub orders: Orders,
+}
+
+/// A system's name and identity. A system that is deleted and applied again gets a new uid.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SystemRef {
+    /// DNS label.
+    pub name: String,
+    /// UUID.
+    pub uid: String,
+}
+
+/// A component with its place settled: nothing is left for an executor to choose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct PlacedComponent {
+    /// What it is.
+    pub spec: ComponentSpec,
+    /// Name of its manager process in (system, node).
+    pub manager: String,
+    /// SHA-256 of the module file that was found when the system was applied.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub module_digest: Option<String>,
+    /// Covers what cannot change in place: type, module digest, manager, execution kind.
+    pub recreate_hash: String,
+}
+
+/// A connector with the nodes and managers of its ends settled. The out-port end owns it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct PlacedConnector {
+    /// What it is.
+    pub spec: ConnectorSpec,
+    /// Where the source end is.
+    pub source: EndPlace,
+    /// Where the target end is.
+    pub target: EndPlace,
+}
+
+/// Where one end of a connector lives. A name, never an address: addresses are resolved at each connect.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct EndPlace {
+    /// Node name.
+    pub node: String,
+    /// Manager name in (system, node).
+    pub manager: String,
+}
+
+/// Identity of a manager process on a node: (system, name). Systems never share a process. `None` marks a manager that
+/// a person started by hand.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct ManagerKey {
+    /// The system that it belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<SystemRef>,
+    /// Its name (`main`).
+    pub name: String,
+}
+
+impl ManagerKey {
+    /// The name that people and paths use: `hello.main`, or `NAME` for a manager started by hand.
+    pub fn display_name(&self) -> String {
+        match &self.system {
+            Some(system) => format!("{}.{}", system.name, self.name),
+            None => self.name.clone(),
+        }
+    }
+}

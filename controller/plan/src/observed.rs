@@ -1,0 +1,170 @@
+//! Observed state: what the agents found when they were asked. Never what was sent to them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_schemas::system::{Configuration, Direction, ExecutionKind, PortKind, PortRef};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::desired::{ManagerKey, SystemRef};
+
+/// Everything that was observed, by node. A node that is not here is unknown.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Observed {
+    /// One entry per node that was asked.
+    pub nodes: BTreeMap<String, NodeObserved>,
+}
+
+/// Answer of one node. A silent agent is unknown, never empty.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NodeObserved {
+    /// The agent did not answer.
+    Unknown {
+        /// Why, for people.
+        reason: String,
+    },
+    /// The agent's inventory.
+    Known(Inventory),
+}
+
+/// What really runs on a node, collected by its agent by asking every manager.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Inventory {
+    /// Node name.
+    pub node: String,
+    /// Raised by the agent when anything but a counter changed.
+    pub revision: u64,
+    /// Manager processes that are alive.
+    pub managers: Vec<ManagerObserved>,
+}
+
+/// A live manager process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ManagerObserved {
+    /// Which one.
+    pub key: ManagerKey,
+    /// Unique id of this start.
+    pub incarnation: String,
+    /// Process id.
+    pub pid: u32,
+    /// Wall-clock start, RFC 3339; for display.
+    pub started: String,
+    /// False when it did not answer in time (stopped, hanging); its contents are then those last seen.
+    pub responsive: bool,
+    /// Type names of loaded modules.
+    pub modules: BTreeSet<String>,
+    /// Components that it holds.
+    pub components: Vec<ComponentObserved>,
+}
+
+/// Lifecycle state of a component (OMG RTC 1.0, 5.2.2.3).
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+pub enum LifeCycleState {
+    /// Made, not initialised.
+    Created,
+    /// Initialised; does nothing.
+    Inactive,
+    /// Its `on_execute` runs.
+    Active,
+    /// Stopped by its own failure.
+    Error,
+}
+
+/// A component that exists in a manager.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ComponentObserved {
+    /// Instance name.
+    pub instance: String,
+    /// Type name.
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// The system it was created for; `None` when a person created it by hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<SystemRef>,
+    /// Unique id of this creation.
+    pub incarnation: String,
+    /// The hash that it was created with.
+    pub recreate_hash: String,
+    /// State now.
+    pub state: LifeCycleState,
+    /// Why it is in Error, or what it last complained about.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// How often it was created again after its process died.
+    pub restarts: u32,
+    /// Wall-clock creation, RFC 3339; for display.
+    pub created: String,
+    /// Configuration sets as they are now, with the module's defaults filled in.
+    pub configuration: Configuration,
+    /// Kind of its execution context.
+    pub execution_kind: ExecutionKind,
+    /// Rate of its execution context in Hz.
+    pub rate: f64,
+    /// `on_execute` calls since creation. A counter: raises no revision.
+    pub executions: u64,
+    /// Ports that it really has.
+    pub ports: Vec<PortObserved>,
+    /// Connectors of which it is the source (data: the out-port end).
+    pub connectors: Vec<ConnectorObserved>,
+}
+
+/// A port that a component really has.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct PortObserved {
+    /// Bare name.
+    pub name: String,
+    /// Data or service.
+    pub kind: PortKind,
+    /// Direction of a data port.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Direction>,
+    /// IDL repository id of its type.
+    pub data_type: String,
+}
+
+/// A connector as its owning end sees it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ConnectorObserved {
+    /// Connector name.
+    pub name: String,
+    /// Source end; its instance is the component that lists it.
+    pub source: PortRef,
+    /// Target end.
+    pub target: PortRef,
+    /// Incarnation of the target component when it was connected: shows a restarted end.
+    pub target_incarnation: String,
+    /// Properties that it was made with.
+    pub properties: BTreeMap<String, String>,
+    /// State now.
+    pub state: ConnectorState,
+    /// Kind of transport (`direct` in one process, `uds` between processes).
+    pub transport: String,
+    /// Samples put into the queue of the connector. A counter.
+    pub samples_sent: u64,
+    /// Samples read by the in-port's component, as last reported by the other end. A counter.
+    pub samples_received: u64,
+    /// Payload bytes sent. A counter.
+    pub bytes: u64,
+    /// Samples dropped from a full queue. A counter.
+    pub drops: u64,
+}
+
+/// State of a connector.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+pub enum ConnectorState {
+    /// Both ends agreed; samples can flow.
+    Connected,
+    /// Being made.
+    Connecting,
+    /// The other end is gone.
+    Disconnected,
+}

@@ -1,0 +1,288 @@
+//! A plan is a value: changes for people, steps for executors, and what could not be planned and why.
+
+use std::collections::BTreeMap;
+
+use rts_schemas::system::{Configuration, ExecutionKind};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::desired::{ManagerKey, PlacedConnector, SystemRef};
+
+/// What to do. Empty when observed equals desired.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Plan {
+    /// Differences between desired and observed, sorted by target.
+    pub changes: Vec<Change>,
+    /// Steps in an order that respects all needs; ids count from 1 in that order.
+    pub steps: Vec<Step>,
+    /// Processes that restart, and what else that stops.
+    pub restarts: Vec<Restart>,
+    /// What cannot be planned now, and why.
+    pub waiting_on: Vec<WaitingOn>,
+    /// Remarks: drift, dropped preferences.
+    pub notes: Vec<String>,
+}
+
+impl Plan {
+    /// True when there is nothing to do.
+    pub fn is_empty(&self) -> bool {
+        self.changes.is_empty() && self.steps.is_empty()
+    }
+}
+
+/// One difference.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Change {
+    /// What happens to the target.
+    pub action: Action,
+    /// `component/Sine0`, `connector/Sine0.out-Filter0.in`, `manager/hello.main`.
+    pub target: String,
+    /// System the target belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<String>,
+    /// Why.
+    pub reason: String,
+    /// The fields that differ.
+    #[serde(default)]
+    pub fields: Vec<FieldChange>,
+}
+
+/// Kind of a change.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+#[serde(rename_all = "camelCase")]
+pub enum Action {
+    /// It is not there yet.
+    Add,
+    /// It is changed in place.
+    Change,
+    /// It is there and should not be.
+    Remove,
+    /// It must be stopped and made again.
+    Restart,
+}
+
+/// One field of a change, as text.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct FieldChange {
+    /// Path of the field (`configuration.default.gain`).
+    pub field: String,
+    /// Observed value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub old: Option<String>,
+    /// Desired value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub new: Option<String>,
+}
+
+/// A process that stops and starts, or a component that is made again in a process that stays.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Restart {
+    /// Node name.
+    pub node: String,
+    /// `hello.main`.
+    pub manager: String,
+    /// Process id that ends; `None` when the process goes on and only components are made again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pid: Option<u32>,
+    /// Components that are made again.
+    pub components: Vec<String>,
+    /// Why.
+    pub reason: String,
+}
+
+/// Something that has to wait.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct WaitingOn {
+    /// What waits (`component/Motor0`).
+    pub target: String,
+    /// For what.
+    pub reason: String,
+}
+
+/// Number of a step in its plan, from 1.
+pub type StepId = u32;
+
+/// One step of a plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Step {
+    /// Number, from 1.
+    pub id: StepId,
+    /// Node that carries it out.
+    pub node: String,
+    /// What it works on (`component/Sine0`).
+    pub target: String,
+    /// System it is for; `None` for what a person made by hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<SystemRef>,
+    /// Steps that must have succeeded before it starts.
+    pub needs: Vec<StepId>,
+    /// Steps that must have *started* before it starts (`ASYNC`).
+    #[serde(default)]
+    pub after_start_of: Vec<StepId>,
+    /// Milliseconds to sleep after its needs are met (`WaitTime`).
+    #[serde(default)]
+    pub wait_ms: u32,
+    /// Why.
+    pub reason: String,
+    /// What to do; its tag is the step's `kind`.
+    #[serde(flatten)]
+    pub work: Work,
+}
+
+/// What a step does. Every value that an executor needs is here.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", rename_all_fields = "camelCase")]
+pub enum Work {
+    /// Make sure that the module of a type is on the node.
+    Install {
+        /// Type name.
+        type_name: String,
+        /// SHA-256 that the file must have, when it was pinned.
+        module_digest: Option<String>,
+    },
+    /// Start a manager process.
+    StartManager {
+        /// Which one.
+        manager: ManagerKey,
+    },
+    /// Open a module in a manager.
+    LoadModule {
+        /// Where.
+        manager: ManagerKey,
+        /// Type name.
+        type_name: String,
+        /// SHA-256 that the file must have, when it was pinned.
+        module_digest: Option<String>,
+    },
+    /// Create and initialise a component with its configuration; it ends Inactive.
+    Create {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+        /// Type name.
+        type_name: String,
+        /// Kept with the component and reported back.
+        recreate_hash: String,
+        /// Configuration to start with.
+        configuration: Configuration,
+        /// Kind of its execution context.
+        execution_kind: ExecutionKind,
+        /// Rate in Hz; `None` leaves the module's default.
+        rate: Option<f64>,
+    },
+    /// Set configuration values, the active set and the rate of a component in place.
+    Configure {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+        /// Values and active set to set; what is not named stays.
+        configuration: Configuration,
+        /// Rate in Hz; `None` leaves it.
+        rate: Option<f64>,
+    },
+    /// Connect two ports. Carried out on the node of the source.
+    Connect {
+        /// The connector, with both ends' places.
+        connector: PlacedConnector,
+    },
+    /// Activate a component.
+    Activate {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+    },
+    /// Deactivate a component.
+    Deactivate {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+    },
+    /// Take a component out of Error into Inactive.
+    Reset {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+    },
+    /// Remove a connector at its source.
+    Disconnect {
+        /// Manager of the source.
+        manager: ManagerKey,
+        /// Instance that owns it.
+        instance: String,
+        /// Connector name.
+        connector: String,
+    },
+    /// Finalise and delete a component.
+    Delete {
+        /// Where.
+        manager: ManagerKey,
+        /// Instance name.
+        instance: String,
+    },
+    /// Forget a module that no component uses any more.
+    UnloadModule {
+        /// Where.
+        manager: ManagerKey,
+        /// Type name.
+        type_name: String,
+    },
+    /// Stop a manager process and wait until it and its group are gone.
+    StopManager {
+        /// Which one.
+        manager: ManagerKey,
+        /// The start that is meant: another one is left alone.
+        incarnation: String,
+    },
+}
+
+impl Work {
+    /// Name of the kind, as in JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Work::Install { .. } => "Install",
+            Work::StartManager { .. } => "StartManager",
+            Work::LoadModule { .. } => "LoadModule",
+            Work::Create { .. } => "Create",
+            Work::Configure { .. } => "Configure",
+            Work::Connect { .. } => "Connect",
+            Work::Activate { .. } => "Activate",
+            Work::Deactivate { .. } => "Deactivate",
+            Work::Reset { .. } => "Reset",
+            Work::Disconnect { .. } => "Disconnect",
+            Work::Delete { .. } => "Delete",
+            Work::UnloadModule { .. } => "UnloadModule",
+            Work::StopManager { .. } => "StopManager",
+        }
+    }
+}
+
+/// A system that can never be started as written.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// Hard orders form a cycle; all its members are named.
+    #[error("the {order} orders of system {system} form a cycle: {}", members.join(" -> "))]
+    Cycle {
+        /// System name.
+        system: String,
+        /// `Activation`, `StartUp`, …
+        order: String,
+        /// Instance names, sorted, each once; the first is repeated nowhere.
+        members: Vec<String>,
+    },
+}
+
+/// Blocked targets: what failed before and must not be tried again yet. Target → reason.
+pub type Blocked = BTreeMap<String, String>;

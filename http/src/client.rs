@@ -1,0 +1,163 @@
+//! A JSON client over one Unix socket.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use reqwest::{Method, RequestBuilder, Response};
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::problem::Problem;
+
+/// Largest body of an error answer that is read, in bytes.
+const MAX_PROBLEM: usize = 1024 * 1024;
+
+/// A request that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// Nobody answered: no socket, refused, closed, or too late.
+    #[error("{socket} does not answer: {reason}")]
+    Unreachable {
+        /// The socket.
+        socket: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The server refused.
+    #[error(transparent)]
+    Problem(#[from] Problem),
+    /// The answer is not what was expected: probably another version.
+    #[error("the answer of {socket} cannot be understood: {reason}")]
+    Protocol {
+        /// The socket.
+        socket: PathBuf,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// A client of one server.
+#[derive(Debug, Clone)]
+pub struct Client {
+    socket: PathBuf,
+    http: reqwest::Client,
+    timeout: Duration,
+}
+
+impl Client {
+    /// A client of the server that listens on a socket. Nothing is dialled yet.
+    pub fn unix(socket: impl Into<PathBuf>, timeout: Duration) -> Result<Self, ClientError> {
+        let socket = socket.into();
+        let http = reqwest::Client::builder()
+            .unix_socket(socket.as_path())
+            .connect_timeout(timeout)
+            .build()
+            .map_err(|e| ClientError::Protocol {
+                socket: socket.clone(),
+                reason: e.to_string(),
+            })?;
+        Ok(Self {
+            socket,
+            http,
+            timeout,
+        })
+    }
+
+    /// The socket.
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// Starts a request. `path` begins with a slash; its segments must be escaped with [`segment`].
+    pub fn request(&self, method: Method, path: &str) -> RequestBuilder {
+        self.http.request(method, format!("http://localhost{path}"))
+    }
+
+    /// GET, JSON back.
+    pub async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, ClientError> {
+        self.json(self.request(Method::GET, path)).await
+    }
+
+    /// A request with a JSON body, JSON back.
+    pub async fn send<B: Serialize + ?Sized, T: DeserializeOwned>(
+        &self,
+        method: Method,
+        path: &str,
+        body: &B,
+    ) -> Result<T, ClientError> {
+        self.json(self.request(method, path).json(body)).await
+    }
+
+    /// Sends with the client's time-out and decodes JSON.
+    pub async fn json<T: DeserializeOwned>(
+        &self,
+        request: RequestBuilder,
+    ) -> Result<T, ClientError> {
+        let response = self.accept(request.timeout(self.timeout)).await?;
+        let body = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
+    }
+
+    /// Sends with the client's time-out and gives the body as text.
+    pub async fn text(&self, request: RequestBuilder) -> Result<String, ClientError> {
+        let response = self.accept(request.timeout(self.timeout)).await?;
+        response.text().await.map_err(|e| self.unreachable(&e))
+    }
+
+    /// Sends and gives the response once its status is a success. Sets no time-out of its own, for streams.
+    pub async fn accept(&self, request: RequestBuilder) -> Result<Response, ClientError> {
+        let response = request.send().await.map_err(|e| self.unreachable(&e))?;
+        let status = response.status();
+        if status.is_success() {
+            return Ok(response);
+        }
+        let body = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        let text = &body[..body.len().min(MAX_PROBLEM)];
+        Err(serde_json::from_slice::<Problem>(text)
+            .unwrap_or_else(|_| {
+                let title = status.canonical_reason().unwrap_or("error");
+                Problem::new(
+                    status.as_u16(),
+                    "http",
+                    title,
+                    String::from_utf8_lossy(text).trim(),
+                )
+            })
+            .into())
+    }
+
+    /// The error for a transport that failed, with its innermost cause.
+    pub fn unreachable(&self, error: &dyn std::error::Error) -> ClientError {
+        let mut reason = error;
+        while let Some(source) = reason.source() {
+            reason = source;
+        }
+        ClientError::Unreachable {
+            socket: self.socket.clone(),
+            reason: reason.to_string(),
+        }
+    }
+
+    fn protocol(&self, error: &dyn std::error::Error) -> ClientError {
+        ClientError::Protocol {
+            socket: self.socket.clone(),
+            reason: error.to_string(),
+        }
+    }
+}
+
+/// Escapes one segment of a path.
+pub fn segment(text: &str) -> String {
+    use std::fmt::Write;
+    let mut out = String::with_capacity(text.len());
+    for byte in text.bytes() {
+        match byte {
+            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => {
+                out.push(byte.into());
+            }
+            _ => {
+                let _ = write!(out, "%{byte:02X}");
+            }
+        }
+    }
+    out
+}

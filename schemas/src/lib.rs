@@ -1,0 +1,12 @@
+//! What a system *is*: the models of profiles and overlays, their readers, and every check that needs no machine.
+//!
+//! No I/O happens here: text comes in, models and findings go out. Files are read by the programs.
+
+pub mod check;
+pub mod diagnostic;
+pub mod names;
+pub mod overlay;
+pub mod rts_profile;
+pub mod system;
+pub mod xml;
+pub mod yaml;

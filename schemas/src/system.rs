@@ -1,0 +1,327 @@
+//! The one model that every reader lowers to and every later step works from.
+//!
+//! Words are those of OMG RTC 1.0 and OpenRTM-aist. Nothing here knows a file format or a running process.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// A whole system as its author described it: components, connectors and orders.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SystemSpec {
+    /// System name: a DNS label (at most 63 of `a-z0-9-`).
+    pub name: String,
+    /// The id as the profile writes it (`RTSystem:vendor:name:version`), kept for display and clash detection.
+    #[serde(default)]
+    pub full_id: String,
+    /// Components, in the order of the file. Instance names are unique.
+    pub components: Vec<ComponentSpec>,
+    /// Connectors, in the order of the file. Names are unique.
+    #[serde(default)]
+    pub connectors: Vec<ConnectorSpec>,
+    /// Orders that the profile writes down; these are hard.
+    #[serde(default)]
+    pub orders: Orders,
+}
+
+/// One RT-Component of a system.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct ComponentSpec {
+    /// Instance name, unique in the system and on its node (`ConsoleIn0`).
+    pub instance: String,
+    /// Type name, by which the module is found (`ConsoleIn`).
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// Component id as written (`RTC:vendor:category:type:version`).
+    #[serde(default)]
+    pub full_id: String,
+    /// A required component that is missing makes the system unhealthy; another is only a warning.
+    #[serde(default = "yes")]
+    pub required: bool,
+    /// Ports that the profile declares. A module may have more.
+    #[serde(default)]
+    pub ports: Vec<PortSpec>,
+    /// Configuration sets and the active one.
+    #[serde(default)]
+    pub configuration: Configuration,
+    /// The execution context the component runs in.
+    #[serde(default)]
+    pub execution_context: ExecutionContextSpec,
+    /// Where it runs: node and manager process.
+    #[serde(default)]
+    pub placement: Placement,
+    /// What happens when it fails or loses a peer.
+    #[serde(default)]
+    pub policy: Policy,
+}
+
+/// A declared port.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct PortSpec {
+    /// Bare name, without the instance prefix (`out`).
+    pub name: String,
+    /// Data or service.
+    pub kind: PortKind,
+    /// Direction of a data port, when the profile says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Direction>,
+    /// Data type as an IDL repository id (`IDL:RTC/TimedLong:1.0`), when the profile says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_type: Option<String>,
+}
+
+/// Kind of a port or connector.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+#[serde(rename_all = "camelCase")]
+pub enum PortKind {
+    /// Samples flow one way.
+    Data,
+    /// Calls of an IDL interface.
+    Service,
+}
+
+/// Direction of a data port, seen from its component.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+#[serde(rename_all = "camelCase")]
+pub enum Direction {
+    /// DataInPort.
+    In,
+    /// DataOutPort.
+    Out,
+}
+
+/// Configuration sets of a component: name → (parameter → value as text).
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Configuration {
+    /// Name of the active set; `None` leaves the component's own choice (`default`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active: Option<String>,
+    /// The sets. RTC pseudo sets (`__widget__`, `__type__`, …) are metadata and not here.
+    #[serde(default)]
+    pub sets: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// An execution context (OMG RTC 1.0, 5.2.2.5).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct ExecutionContextSpec {
+    /// Id as the profile writes it (`0`).
+    #[serde(default = "zero")]
+    pub id: String,
+    /// What drives it.
+    #[serde(default)]
+    pub kind: ExecutionKind,
+    /// Rate in Hz, finite and > 0; `None` leaves the module's default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+}
+
+impl Default for ExecutionContextSpec {
+    fn default() -> Self {
+        Self {
+            id: zero(),
+            kind: ExecutionKind::default(),
+            rate: None,
+        }
+    }
+}
+
+/// `ExecutionKind` of OMG RTC 1.0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub enum ExecutionKind {
+    /// `on_execute` at a fixed rate.
+    #[default]
+    Periodic,
+    /// `on_execute` when an event arrives.
+    EventDriven,
+    /// Anything else, such as a simulator that ticks it.
+    Other,
+}
+
+/// Where a component runs. Everything is optional: see "Placement" in the architecture.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Placement {
+    /// Node that was named outright (`rtsctl.node`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
+    /// Host that the profile hints at (pathUri, else IOR); never dialled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host: Option<String>,
+    /// Manager name (`rtsctl.manager`, else a name made from the IOR's host:port).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manager: Option<String>,
+    /// A process of its own (`rtsctl.isolated`).
+    #[serde(default)]
+    pub isolated: bool,
+}
+
+/// Failure policies of a component.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Policy {
+    /// When its process died (`rtsctl.restart`).
+    #[serde(default)]
+    pub restart: RestartPolicy,
+    /// When a peer is lost (`rtsctl.onDisconnect`).
+    #[serde(default)]
+    pub on_disconnect: OnDisconnect,
+    /// Reset it when it is in Error (`rtsctl.resetOnError`).
+    #[serde(default)]
+    pub reset_on_error: bool,
+}
+
+/// Restart policy, as Kubernetes names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RestartPolicy {
+    /// Whatever the exit status.
+    #[default]
+    Always,
+    /// Only after a failure.
+    OnFailure,
+    /// Never.
+    Never,
+}
+
+/// What a component does when a connector's other end is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnDisconnect {
+    /// Goes on.
+    #[default]
+    Keep,
+    /// Is deactivated.
+    Deactivate,
+    /// Is stopped.
+    Stop,
+}
+
+/// A connector between two ports.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct ConnectorSpec {
+    /// Unique name in the system, made of the ends: `Sine0.out-Filter0.in`.
+    pub name: String,
+    /// Data or service.
+    pub kind: PortKind,
+    /// The out-port end (data) or the first end as written (service).
+    pub source: PortRef,
+    /// The in-port end (data) or the second end as written (service).
+    pub target: PortRef,
+    /// Data type as an IDL repository id, when the profile says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_type: Option<String>,
+    /// Connector properties by their OpenRTM names (`dataport.subscription_type`, …), without transient ones.
+    #[serde(default)]
+    pub properties: BTreeMap<String, String>,
+}
+
+/// One end of a connector.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct PortRef {
+    /// Instance name of the component.
+    pub instance: String,
+    /// Bare port name.
+    pub port: String,
+}
+
+impl std::fmt::Display for PortRef {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.instance, self.port)
+    }
+}
+
+/// The seven orders of an RTS Profile; each is a list of conditions, empty when the profile is silent.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Orders {
+    /// `rts:StartUp`.
+    #[serde(default)]
+    pub start_up: Vec<Condition>,
+    /// `rts:ShutDown`.
+    #[serde(default)]
+    pub shut_down: Vec<Condition>,
+    /// `rts:Activation`.
+    #[serde(default)]
+    pub activation: Vec<Condition>,
+    /// `rts:Deactivation`.
+    #[serde(default)]
+    pub deactivation: Vec<Condition>,
+    /// `rts:Resetting`.
+    #[serde(default)]
+    pub resetting: Vec<Condition>,
+    /// `rts:Initializing`.
+    #[serde(default)]
+    pub initializing: Vec<Condition>,
+    /// `rts:Finalizing`.
+    #[serde(default)]
+    pub finalizing: Vec<Condition>,
+}
+
+/// One `rts:targets` entry. Several conditions of one component are ANDed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Condition {
+    /// Instance name of the component that waits.
+    pub target: String,
+    /// `sequence`: lower numbers go first; gaps are allowed.
+    pub sequence: u32,
+    /// What it waits for besides its place in the sequence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wait: Option<WaitFor>,
+}
+
+/// The choice inside `rts:targets`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(
+    tag = "kind",
+    rename_all = "camelCase",
+    rename_all_fields = "camelCase",
+    deny_unknown_fields
+)]
+pub enum WaitFor {
+    /// Sleep, then act (`rts:WaitTime`).
+    Time {
+        /// Milliseconds.
+        milliseconds: u32,
+    },
+    /// Wait for other components (`rts:Preceding`).
+    Preceding {
+        /// SYNC waits for the state, the others for the request.
+        timing: SendingTiming,
+        /// Milliseconds; 0 means "no time-out of its own".
+        timeout_ms: u32,
+        /// Instance names.
+        components: Vec<String>,
+    },
+}
+
+/// `rts:sendingTiming`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub enum SendingTiming {
+    /// After the others have reached the state.
+    Sync,
+    /// After the others' request was sent (`ASYNC`, `NO_SYNC`).
+    Async,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn zero() -> String {
+    "0".to_owned()
+}
