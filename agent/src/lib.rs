@@ -1,1 +1,29 @@
-//! placeholder
+//! The agent of a node: keeps what its controller told it, starts and watches manager processes, carries out batches of
+//! steps, and says what really runs.
+//!
+//! It owns no component: managers live on when it ends, and are adopted again when it starts.
+
+mod agent;
+mod api;
+mod batches;
+mod by_hand;
+mod config;
+mod durable;
+mod events;
+mod execute;
+mod folders;
+mod inventory;
+pub mod launch;
+mod ledger;
+mod log_tail;
+mod manager_link;
+mod managers;
+mod modules;
+mod process;
+mod restarts;
+mod run;
+mod session;
+
+pub use agent::StartError;
+pub use config::Config;
+pub use run::{RunError, Running, openapi, run, start};

@@ -1,1 +1,7 @@
-fn main() {}
+//! The program `rtsctl`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    rtsctl::main()
+}

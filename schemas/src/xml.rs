@@ -1,1 +1,247 @@
-//! To come.
+//! XML text → element tree with byte places. The one file that names quick-xml.
+//!
+//! Namespaces are resolved, comments and order are kept. A DTD is refused (no entity can grow), depth and size are
+//! bounded, so that a hostile file costs no more than its size.
+
+mod decode;
+mod element;
+
+pub use decode::{Decoded, SIZE_LIMIT, decode};
+pub use element::{Attribute, Element, Node};
+
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::name::ResolveResult;
+use quick_xml::reader::NsReader;
+
+use crate::diagnostic::{Finding, Source};
+use crate::span::Span;
+
+/// Deepest nesting of elements that is read.
+pub const DEPTH_LIMIT: usize = 128;
+
+/// What stops a file from being XML.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct XmlError {
+    /// Stable code of the finding.
+    pub code: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// How to mend it.
+    pub help: Option<&'static str>,
+    /// Where, in bytes of the decoded text.
+    pub span: Span,
+}
+
+impl XmlError {
+    fn malformed(message: impl Into<String>, span: Span) -> Self {
+        Self {
+            code: "malformed-xml",
+            message: message.into(),
+            help: None,
+            span,
+        }
+    }
+
+    /// The same as a finding.
+    pub fn finding(&self, source: &Source) -> Finding {
+        let finding = Finding::error(self.code, self.message.clone())
+            .at(Some(source.place(self.span.start, self.span.end)));
+        match self.help {
+            Some(help) => finding.help(help),
+            None => finding,
+        }
+    }
+}
+
+/// Reads the element tree of a decoded text.
+///
+/// # Errors
+/// The first thing that is not well-formed, with its place: after it nothing in the text can be trusted.
+pub fn parse(text: &str) -> Result<Element, XmlError> {
+    let mut reader = NsReader::from_str(text);
+    reader.config_mut().check_end_names = true;
+    let mut tree = Tree::default();
+    loop {
+        let at = offset(reader.buffer_position(), text);
+        let event = reader.read_event().map_err(|error| {
+            let from = offset(reader.error_position(), text);
+            let to = offset(reader.buffer_position(), text).max(from + 1);
+            XmlError::malformed(error.to_string(), Span::new(from, first_line(text, from, to)))
+        })?;
+        let end = offset(reader.buffer_position(), text);
+        let span = Span::new(at, end);
+        match event {
+            Event::Start(start) => tree.open(element(text, &reader, &start, span)?)?,
+            Event::Empty(start) => {
+                tree.open(element(text, &reader, &start, span)?)?;
+                tree.close();
+            }
+            Event::End(_) => tree.close(),
+            Event::Text(piece) => tree.text(&piece, span)?,
+            Event::CData(piece) => tree.text(&piece, span)?,
+            Event::GeneralRef(name) => tree.text(&resolve(&name, span)?, span)?,
+            Event::Comment(comment) => tree.push(Node::Comment((*comment).to_owned())),
+            Event::DocType(_) => return Err(dtd_refused(span)),
+            Event::Decl(_) | Event::PI(_) => {}
+            Event::Eof => break,
+        }
+    }
+    tree.finish(text)
+}
+
+/// Elements that are still open, and the root once it is closed.
+#[derive(Default)]
+struct Tree {
+    open: Vec<Element>,
+    root: Option<Element>,
+}
+
+impl Tree {
+    fn open(&mut self, element: Element) -> Result<(), XmlError> {
+        if self.open.is_empty() && self.root.is_some() {
+            let message = format!("`<{}>` stands after the end of the root element", element.qname);
+            return Err(XmlError::malformed(message, element.span));
+        }
+        if self.open.len() >= DEPTH_LIMIT {
+            return Err(XmlError {
+                code: "too-deep",
+                message: format!("elements are nested deeper than {DEPTH_LIMIT}"),
+                help: Some("a profile needs fewer than ten levels: is this the right file?"),
+                span: element.span,
+            });
+        }
+        self.open.push(element);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        if let Some(element) = self.open.pop() {
+            match self.open.last_mut() {
+                Some(parent) => parent.children.push(Node::Element(element)),
+                None => self.root = Some(element),
+            }
+        }
+    }
+
+    fn push(&mut self, node: Node) {
+        if let Some(parent) = self.open.last_mut() {
+            parent.children.push(node);
+        }
+    }
+
+    fn text(&mut self, piece: &str, span: Span) -> Result<(), XmlError> {
+        let Some(parent) = self.open.last_mut() else {
+            let blank = piece.trim().trim_matches(['\0', '\u{feff}']).is_empty();
+            return if blank {
+                Ok(())
+            } else {
+                Err(XmlError::malformed("there is text outside the root element", span))
+            };
+        };
+        match parent.children.last_mut() {
+            Some(Node::Text(text)) => text.push_str(piece),
+            _ => parent.children.push(Node::Text(piece.to_owned())),
+        }
+        Ok(())
+    }
+
+    fn finish(self, text: &str) -> Result<Element, XmlError> {
+        if let Some(open) = self.open.last() {
+            let message = format!("`<{}>` is never closed", open.qname);
+            let mut error = XmlError::malformed(message, open.span);
+            error.help = Some("the file ends too early: was it cut off?");
+            return Err(error);
+        }
+        self.root.ok_or_else(|| {
+            XmlError::malformed("there is no element", Span::new(0, text.len().min(1)))
+        })
+    }
+}
+
+fn element(
+    text: &str,
+    reader: &NsReader<&[u8]>,
+    start: &BytesStart<'_>,
+    span: Span,
+) -> Result<Element, XmlError> {
+    let (namespace, local) = reader.resolver().resolve_element(start.name());
+    let mut element = Element {
+        namespace: bound(namespace, span)?,
+        local: local.into_inner().to_owned(),
+        qname: start.name().into_inner().to_owned(),
+        attributes: Vec::new(),
+        children: Vec::new(),
+        span: Span::new(span.start, first_line(text, span.start, span.end)),
+    };
+    for attribute in start.attributes() {
+        let attribute =
+            attribute.map_err(|error| XmlError::malformed(error.to_string(), element.span))?;
+        let place = inside(text, &attribute.value).unwrap_or(element.span);
+        let value = attribute
+            .normalized_value(XmlVersion::Implicit1_0)
+            .map_err(|error| XmlError::malformed(error.to_string(), place))?;
+        let (namespace, local) = reader.resolver().resolve_attribute(attribute.key);
+        element.attributes.push(Attribute {
+            namespace: bound(namespace, place)?,
+            local: local.into_inner().to_owned(),
+            qname: attribute.key.into_inner().to_owned(),
+            value: value.into_owned(),
+            span: place,
+        });
+    }
+    Ok(element)
+}
+
+fn bound(result: ResolveResult<'_>, span: Span) -> Result<String, XmlError> {
+    match result {
+        ResolveResult::Bound(namespace) => Ok(namespace.0.to_owned()),
+        ResolveResult::Unbound => Ok(String::new()),
+        ResolveResult::Unknown(prefix) => {
+            let message = format!("the prefix `{prefix}:` is not declared");
+            let mut error = XmlError::malformed(message, span);
+            error.help = Some("declare it on the root element with `xmlns:PREFIX=\"…\"`");
+            Err(error)
+        }
+    }
+}
+
+/// The text of `&name;`: the five of XML, and characters by number.
+fn resolve(name: &str, span: Span) -> Result<String, XmlError> {
+    quick_xml::escape::unescape(&format!("&{name};"))
+        .map(|text| text.into_owned())
+        .map_err(|error| XmlError::malformed(error.to_string(), span))
+}
+
+fn dtd_refused(span: Span) -> XmlError {
+    XmlError {
+        code: "dtd-refused",
+        message: "a document type declaration is not read".to_owned(),
+        help: Some("remove `<!DOCTYPE …>`; profiles have no use for it"),
+        span,
+    }
+}
+
+/// The range of `part` in `text`, when it borrows from it.
+fn inside(text: &str, part: &str) -> Option<Span> {
+    let start = part.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
+    let end = start.checked_add(part.len())?;
+    (end <= text.len() && !part.is_empty()).then(|| Span::new(start, end))
+}
+
+fn offset(position: u64, text: &str) -> usize {
+    usize::try_from(position).map_or(text.len(), |at| at.min(text.len()))
+}
+
+/// Cuts a range at the end of its first line, where a finding can still underline it.
+fn first_line(text: &str, start: usize, end: usize) -> usize {
+    let (start, end) = (text.floor_char_boundary(start), text.floor_char_boundary(end.min(text.len())));
+    match text.get(start..end).and_then(|piece| piece.find(['\r', '\n'])) {
+        Some(length) if length > 0 => start + length,
+        _ => end,
+    }
+}
+
+#[cfg(test)]
+mod tests;

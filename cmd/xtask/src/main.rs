@@ -1,1 +1,47 @@
-fn main() {}
+//! Chores of the project: `cargo xtask demo`, `test`, `bench`, `fuzz`.
+
+mod bench;
+mod demo;
+mod fuzz;
+mod project;
+mod suites;
+mod tools;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", about = "Chores of the rtsctl project")]
+struct Cli {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Debug, Subcommand)]
+enum Chore {
+    /// Builds everything and shows the main job on a real local stack.
+    Demo(demo::Args),
+    /// Runs all tests, installing the system packages they need when it may.
+    Test(suites::Args),
+    /// Measures; nothing is asserted.
+    Bench(bench::Args),
+    /// Fuzzes every parser and decoder.
+    Fuzz(fuzz::Args),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().chore {
+        Chore::Demo(args) => demo::run(&args),
+        Chore::Test(args) => suites::run(&args),
+        Chore::Bench(args) => bench::run(&args),
+        Chore::Fuzz(args) => fuzz::run(&args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! The functions behind a module's vtable. Nothing unwinds out of them.
+
+#![allow(unsafe_code)]
+
+use std::any::Any;
+use std::cell::RefCell;
+use std::ffi::c_void;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::{Once, OnceLock};
+
+use crate::abi::{self, Host, Module, Text, return_code};
+use crate::component::Component;
+use crate::context::Context;
+use crate::descriptor::{Declaration, describe};
+use crate::{ReturnCode, RtcError, RtcResult, text};
+
+/// Makes this crate a module with one component type. The crate needs `crate-type = ["cdylib"]`.
+#[macro_export]
+macro_rules! export {
+    ($component:ty) => {
+        const _: () = {
+            static MODULE: $crate::export::ModuleCell = $crate::export::ModuleCell::new();
+
+            #[unsafe(no_mangle)]
+            extern "C" fn rts_module_v0() -> *const $crate::abi::Module {
+                MODULE.get::<$component>()
+            }
+        };
+    };
+}
+
+/// Holds the descriptor of a module.
+#[derive(Debug)]
+pub struct ModuleCell(OnceLock<Shared>);
+
+#[derive(Debug)]
+struct Shared(&'static Module);
+
+// SAFETY: the descriptor is never written after it was made; its pointers are to static memory.
+unsafe impl Send for Shared {}
+// SAFETY: as above.
+unsafe impl Sync for Shared {}
+
+impl ModuleCell {
+    /// An empty cell.
+    #[expect(
+        clippy::new_without_default,
+        reason = "only the macro uses it, in a static"
+    )]
+    pub const fn new() -> Self {
+        Self(OnceLock::new())
+    }
+
+    /// The descriptor of `C`, made on the first call.
+    pub fn get<C: Component>(&self) -> &'static Module {
+        self.0
+            .get_or_init(|| {
+                remember_panics();
+                Shared(describe::<C>())
+            })
+            .0
+    }
+}
+
+/// A component with what is needed to call it.
+struct Instance<C> {
+    component: C,
+    declaration: Declaration,
+    host: *const Host,
+}
+
+/// Makes an instance.
+///
+/// # Safety
+/// As [`Module::create`] says.
+pub(crate) unsafe extern "C" fn create<C: Component>(
+    host: *const Host,
+    instance: *mut *mut c_void,
+) -> i32 {
+    if host.is_null() || instance.is_null() {
+        return return_code::BAD_PARAMETER;
+    }
+    // SAFETY: not null, and the manager keeps it for as long as the instance. Version and size come first in every
+    // version of the struct, so they may be read before anything else.
+    let (version, size) = unsafe { ((*host).abi_version, (*host).size) };
+    if version != abi::ABI_VERSION || (size as usize) < size_of::<Host>() {
+        return return_code::UNSUPPORTED;
+    }
+    // SAFETY: it is a host of this version.
+    let ctx = Context::new(unsafe { &*host });
+    let made = guard(&ctx, || {
+        let mut declaration = Declaration::default();
+        let component = C::declare(&mut declaration);
+        if let Some(problem) = declaration.problem() {
+            return Err(RtcError::error(format_args!(
+                "the type {} is declared wrongly: {problem}",
+                C::TYPE.name
+            )));
+        }
+        Ok(Box::new(Instance {
+            component,
+            declaration,
+            host,
+        }))
+    });
+    match made {
+        Ok(made) => {
+            // SAFETY: not null; the manager gave a place to write to.
+            unsafe { *instance = Box::into_raw(made).cast() };
+            return_code::OK
+        }
+        Err(code) => code,
+    }
+}
+
+/// Frees an instance.
+///
+/// # Safety
+/// As [`Module::destroy`] says.
+pub(crate) unsafe extern "C" fn destroy<C: Component>(instance: *mut c_void) {
+    if instance.is_null() {
+        return;
+    }
+    // SAFETY: it came from `create` of the same type and is not used again.
+    let instance = unsafe { Box::from_raw(instance.cast::<Instance<C>>()) };
+    // There is nobody to tell of a panic in a destructor; the hook has printed it.
+    let _ = catch(move || drop(instance));
+}
+
+/// Calls a callback.
+///
+/// # Safety
+/// As [`Module::callback`] says.
+pub(crate) unsafe extern "C" fn callback<C: Component>(
+    instance: *mut c_void,
+    callback: u32,
+) -> i32 {
+    if instance.is_null() {
+        return return_code::BAD_PARAMETER;
+    }
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
+    let instance = unsafe { &mut *instance.cast::<Instance<C>>() };
+    // SAFETY: the host lives as long as the instance.
+    let ctx = Context::new(unsafe { &*instance.host });
+    code(guard(&ctx, || {
+        dispatch(
+            &mut instance.component,
+            callback,
+            &mut Context::new(unsafe {
+                // SAFETY: as above.
+                &*instance.host
+            }),
+        )
+    }))
+}
+
+/// Sets a parameter.
+///
+/// # Safety
+/// As [`Module::configure`] says.
+pub(crate) unsafe extern "C" fn configure<C: Component>(
+    instance: *mut c_void,
+    name: Text,
+    value: Text,
+) -> i32 {
+    if instance.is_null() {
+        return return_code::BAD_PARAMETER;
+    }
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
+    let (instance, host) = unsafe {
+        let instance = &*instance.cast::<Instance<C>>();
+        (instance, &*instance.host)
+    };
+    // SAFETY: the manager lends both texts for the time of the call.
+    let (name, value) = unsafe { (text::read(name), text::read(value)) };
+    code(guard(&Context::new(host), || {
+        instance
+            .declaration
+            .assign(&name, &value)
+            .map_err(RtcError::bad_parameter)
+    }))
+}
+
+fn dispatch<C: Component>(component: &mut C, callback: u32, ctx: &mut Context<'_>) -> RtcResult {
+    match callback {
+        abi::callback::INITIALIZE => component.on_initialize(ctx),
+        abi::callback::FINALIZE => component.on_finalize(ctx),
+        abi::callback::STARTUP => component.on_startup(ctx),
+        abi::callback::SHUTDOWN => component.on_shutdown(ctx),
+        abi::callback::ACTIVATED => component.on_activated(ctx),
+        abi::callback::DEACTIVATED => component.on_deactivated(ctx),
+        abi::callback::ABORTING => component.on_aborting(ctx),
+        abi::callback::ERROR => component.on_error(ctx),
+        abi::callback::RESET => component.on_reset(ctx),
+        abi::callback::EXECUTE => component.on_execute(ctx),
+        abi::callback::STATE_UPDATE => component.on_state_update(ctx),
+        abi::callback::RATE_CHANGED => component.on_rate_changed(ctx),
+        other => Err(RtcError::new(
+            ReturnCode::Unsupported,
+            format_args!("this module knows no callback {other}"),
+        )),
+    }
+}
+
+fn code(result: Result<(), i32>) -> i32 {
+    result.err().unwrap_or(return_code::OK)
+}
+
+/// Runs what the author wrote; an error or a panic becomes a reason for the manager and a return code.
+fn guard<T>(ctx: &Context<'_>, run: impl FnOnce() -> RtcResult<T>) -> Result<T, i32> {
+    match catch(run) {
+        Ok(Ok(value)) => Ok(value),
+        Ok(Err(error)) => {
+            ctx.fail(error.reason());
+            Err(error.code().number())
+        }
+        Err(panic) => {
+            ctx.fail(&panic);
+            Err(return_code::ERROR)
+        }
+    }
+}
+
+/// Runs `run`; a panic becomes `panicked at src/lib.rs:7:9: message`.
+///
+/// What a panic leaves behind in the component is the component's to judge: it goes to Error, and `on_reset` decides.
+pub(crate) fn catch<T>(run: impl FnOnce() -> T) -> Result<T, String> {
+    LAST_PANIC.with_borrow_mut(Option::take);
+    panic::catch_unwind(AssertUnwindSafe(run)).map_err(|payload| {
+        let place = LAST_PANIC.with_borrow_mut(Option::take);
+        let message = message(payload);
+        match place {
+            Some(place) => format!("panicked at {place}: {message}"),
+            None => format!("panicked: {message}"),
+        }
+    })
+}
+
+fn message(payload: Box<dyn Any + Send>) -> String {
+    if let Some(text) = payload.downcast_ref::<&str>() {
+        return (*text).to_owned();
+    }
+    if let Some(text) = payload.downcast_ref::<String>() {
+        return text.clone();
+    }
+    // Its destructor could panic again, outside of any catch.
+    std::mem::forget(payload);
+    "(no message)".to_owned()
+}
+
+thread_local! {
+    static LAST_PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// A payload does not say where the panic was; only a hook sees that. The standard library, and so the hook, is the
+/// module's own.
+fn remember_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            let place = info.location().map(ToString::to_string);
+            LAST_PANIC.with_borrow_mut(|last| *last = place);
+            before(info);
+        }));
+    });
+}

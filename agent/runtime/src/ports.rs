@@ -1,0 +1,72 @@
+//! Typed data ports.
+
+use std::marker::PhantomData;
+
+use crate::types::DataType;
+use crate::{Context, RtcResult};
+
+/// An in-port. Made by [`Declaration::in_port`](crate::Declaration::in_port).
+#[derive(Debug)]
+pub struct InPort<T> {
+    index: u32,
+    name: &'static str,
+    kind: PhantomData<fn() -> T>,
+}
+
+impl<T: DataType> InPort<T> {
+    pub(crate) fn new(index: u32, name: &'static str) -> Self {
+        Self {
+            index,
+            name,
+            kind: PhantomData,
+        }
+    }
+
+    /// Takes the oldest sample; `None` when there is none. Never waits.
+    ///
+    /// The manager's queue is bounded and drops the oldest, so `while let Some(s) = port.read(ctx)?` ends.
+    pub fn read(&mut self, ctx: &mut Context<'_>) -> RtcResult<Option<T>> {
+        ctx.read(self.index, T::TYPE_ID, T::decode)
+            .map_err(|error| error.context(format_args!("in-port `{}`", self.name)))
+    }
+
+    /// Takes all samples and keeps the newest.
+    pub fn read_newest(&mut self, ctx: &mut Context<'_>) -> RtcResult<Option<T>> {
+        let mut newest = None;
+        // A producer may be as fast as this loop, so it takes no more than a queue can reasonably hold.
+        for _ in 0..1024 {
+            match self.read(ctx)? {
+                Some(sample) => newest = Some(sample),
+                None => break,
+            }
+        }
+        Ok(newest)
+    }
+}
+
+/// An out-port. Made by [`Declaration::out_port`](crate::Declaration::out_port).
+#[derive(Debug)]
+pub struct OutPort<T> {
+    index: u32,
+    name: &'static str,
+    buffer: Vec<u8>,
+    kind: PhantomData<fn(T)>,
+}
+
+impl<T: DataType> OutPort<T> {
+    pub(crate) fn new(index: u32, name: &'static str) -> Self {
+        Self {
+            index,
+            name,
+            buffer: Vec::new(),
+            kind: PhantomData,
+        }
+    }
+
+    /// Sends a sample to every connector of the port. Never waits; without a connector it is dropped.
+    pub fn write(&mut self, ctx: &mut Context<'_>, sample: &T) -> RtcResult {
+        sample.encode(&mut self.buffer)?;
+        ctx.write(self.index, T::TYPE_ID, &self.buffer)
+            .map_err(|error| error.context(format_args!("out-port `{}`", self.name)))
+    }
+}

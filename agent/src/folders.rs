@@ -1,0 +1,224 @@
+//! Where an agent's files lie below `RTSCTL_HOME`.
+
+use std::fs::DirBuilder;
+use std::io;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Path, PathBuf};
+
+use rts_http::server::MAX_SOCKET_PATH;
+use rts_manager_api::files::CONTROL_SOCKET;
+use rts_plan::desired::ManagerKey;
+use sha2::{Digest, Sha256};
+
+/// Longest name that is used as a file name, in bytes; leaves room for `.log`.
+const MAX_NAME: usize = 200;
+/// Hexadecimal digits of a manager's folder.
+const ID_DIGITS: usize = 8;
+
+/// The folders of one node.
+#[derive(Debug, Clone)]
+pub(crate) struct Folders {
+    /// `run/<node>`.
+    pub run: PathBuf,
+    /// `state/<node>`.
+    pub state: PathBuf,
+    /// `logs/<node>`.
+    pub logs: PathBuf,
+}
+
+/// Folders that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// A node name that is no file name.
+    #[error("node name {0:?} is not usable: use 1 to 63 of a-z, A-Z, 0-9, '-', '_' and '.', not starting with '.'")]
+    NodeName(String),
+    /// Sockets below the home would not fit.
+    #[error(
+        "{} is too long: {socket} would have {length} bytes, and a Unix socket path may have {MAX_SOCKET_PATH}; set RTSCTL_HOME to a shorter folder",
+        home.display()
+    )]
+    TooLong {
+        /// The home.
+        home: PathBuf,
+        /// An example of the longest socket.
+        socket: String,
+        /// Its length.
+        length: usize,
+    },
+    /// A folder cannot be made.
+    #[error("cannot make the folder {}", folder.display())]
+    Make {
+        /// Which.
+        folder: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl Folders {
+    /// The folders of a node; nothing is made yet.
+    pub fn new(home: &Path, node: &str) -> Result<Self, FolderError> {
+        if node.len() > 63 || !is_file_name(node) {
+            return Err(FolderError::NodeName(node.to_owned()));
+        }
+        let home = std::path::absolute(home).unwrap_or_else(|_| home.to_owned());
+        let folders = Self {
+            run: home.join("run").join(node),
+            state: home.join("state").join(node),
+            logs: home.join("logs").join(node),
+        };
+        let socket = folders.run.join("0".repeat(ID_DIGITS)).join(CONTROL_SOCKET);
+        let length = socket.as_os_str().len();
+        if length > MAX_SOCKET_PATH {
+            return Err(FolderError::TooLong {
+                home,
+                socket: socket.display().to_string(),
+                length,
+            });
+        }
+        Ok(folders)
+    }
+
+    /// Makes the folders, mode 0700.
+    pub fn make(&self) -> Result<(), FolderError> {
+        for folder in [&self.run, &self.state, &self.logs] {
+            make_private(folder).map_err(|source| FolderError::Make {
+                folder: folder.clone(),
+                source,
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Socket of the agent.
+    pub fn agent_socket(&self) -> PathBuf {
+        self.run.join("agent.sock")
+    }
+
+    /// Run folder of a manager.
+    pub fn manager(&self, key: &ManagerKey) -> PathBuf {
+        self.run.join(folder_id(key))
+    }
+
+    /// Log of a component; none when its name cannot be a file name.
+    pub fn component_log(&self, instance: &str) -> Option<PathBuf> {
+        is_file_name(instance).then(|| self.logs.join(format!("{instance}.log")))
+    }
+
+    /// Standard output and error of a manager.
+    pub fn manager_log(&self, key: &ManagerKey) -> PathBuf {
+        let mut name: String = key
+            .display_name()
+            .chars()
+            .map(|c| if is_name_char(c) { c } else { '_' })
+            .take(MAX_NAME)
+            .collect();
+        if name.starts_with('.') {
+            name.insert(0, '_');
+        }
+        self.logs.join(format!("{name}.log"))
+    }
+}
+
+/// Makes a folder and its parents with mode 0700.
+pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
+    DirBuilder::new().recursive(true).mode(0o700).create(folder)
+}
+
+/// True for a name that stays inside its folder and survives a shell.
+pub(crate) fn is_file_name(name: &str) -> bool {
+    !name.is_empty()
+        && name.len() <= MAX_NAME
+        && !name.starts_with('.')
+        && name.chars().all(is_name_char)
+}
+
+fn is_name_char(c: char) -> bool {
+    c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '+' | ':' | '@' | '(' | ')' | ' ')
+}
+
+/// Name of a manager's run folder: 8 hexadecimal digits made of its display name and its system's uid.
+pub(crate) fn folder_id(key: &ManagerKey) -> String {
+    let uid = key.system.as_ref().map_or("", |s| s.uid.as_str());
+    let mut hash = Sha256::new();
+    hash.update(key.display_name());
+    hash.update([0]);
+    hash.update(uid);
+    let mut id = hex(&hash.finalize());
+    id.truncate(ID_DIGITS);
+    id
+}
+
+/// True for a name that [`folder_id`] can have made.
+pub(crate) fn is_folder_id(name: &str) -> bool {
+    name.len() == ID_DIGITS
+        && name
+            .bytes()
+            .all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
+}
+
+/// Bytes as lower-case hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut out, byte| {
+        let _ = write!(out, "{byte:02x}");
+        out
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rts_plan::desired::SystemRef;
+
+    fn key(uid: Option<&str>, name: &str) -> ManagerKey {
+        ManagerKey {
+            system: uid.map(|uid| SystemRef {
+                name: "hello".to_owned(),
+                uid: uid.to_owned(),
+            }),
+            name: name.to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_folder_id_depends_on_name_and_system_uid() {
+        let ids = [
+            key(Some("1"), "main"),
+            key(Some("2"), "main"),
+            key(Some("1"), "Printer0"),
+            key(None, "main"),
+            key(None, "hello.main"),
+        ]
+        .map(|k| folder_id(&k));
+        for (n, id) in ids.iter().enumerate() {
+            assert!(is_folder_id(id), "{id}");
+            assert!(!ids[n + 1..].contains(id), "{id} occurs twice");
+        }
+        assert_eq!(folder_id(&key(Some("1"), "main")), ids[0]);
+        assert!(!is_folder_id("agent.so") && !is_folder_id("0123456") && !is_folder_id("0123456G"));
+    }
+
+    #[test]
+    fn the_longest_home_fits_and_one_byte_more_is_refused() {
+        // "/run/local/01234567/control.sock" has 32 bytes.
+        let fits = format!("/{}", "h".repeat(MAX_SOCKET_PATH - 32 - 1));
+        let folders = Folders::new(Path::new(&fits), "local").unwrap();
+        let socket = folders.manager(&key(None, "bench")).join(CONTROL_SOCKET);
+        assert_eq!(socket.as_os_str().len(), MAX_SOCKET_PATH);
+        let error = Folders::new(Path::new(&format!("{fits}h")), "local").unwrap_err();
+        assert!(error.to_string().contains("RTSCTL_HOME"), "{error}");
+    }
+
+    #[test]
+    fn names_that_leave_their_folder_are_refused() {
+        for name in ["", "..", ".hidden", "a/b", "a\0b", "a\nb"] {
+            assert!(Folders::new(Path::new("/tmp/x"), name).is_err(), "{name:?}");
+            let folders = Folders::new(Path::new("/tmp/x"), "local").unwrap();
+            assert_eq!(folders.component_log(name), None, "{name:?}");
+        }
+        let folders = Folders::new(Path::new("/tmp/x"), "local").unwrap();
+        let log = folders.manager_log(&key(None, "../../etc/x"));
+        assert_eq!(log.parent(), Some(folders.logs.as_path()));
+    }
+}

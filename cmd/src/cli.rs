@@ -1,0 +1,129 @@
+//! The arguments of the whole program, and which verb they mean.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Parser, Subcommand, ValueEnum};
+
+use crate::commands::{
+    apply, completion, diff, docs, down, events, get, logs, manager, plan, teardown, up, version,
+};
+use crate::error::CliError;
+use crate::exit::Exit;
+use crate::output::Output;
+use crate::session::Session;
+
+/// Deploys systems of RT-Components and keeps them running
+///
+/// A system is described by an RTS Profile. `rtsctl apply FILE` starts what is missing, changes what differs, stops what
+/// is no longer wanted, and ends when everything runs.
+#[derive(Debug, Parser)]
+#[command(name = "rtsctl", version, propagate_version = false, max_term_width = 100)]
+#[command(after_long_help = EXIT_CODES)]
+pub struct Cli {
+    /// Options of every verb.
+    #[command(flatten)]
+    pub globals: Globals,
+    /// The verb.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit status:
+  0    done; no difference
+  1    only: differences were found (diff)
+  2    wrong usage
+  3    the profile or the plan is invalid
+  4    the controller or an agent cannot be reached
+  5    partly applied
+  6    the deadline passed
+  7    conflict with what is there
+  8    not authorised
+  130  interrupted";
+
+/// Options of every verb.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Globals {
+    /// Folder of the local stack [default: $XDG_STATE_HOME/rtsctl]
+    #[arg(long, global = true, value_name = "DIR", env = "RTSCTL_HOME", hide_env_values = true)]
+    pub home: Option<PathBuf>,
+    /// Unix socket of the controller [default: the local one]
+    #[arg(long, global = true, value_name = "SOCKET", env = "RTSCTL_CONTROLLER", hide_env_values = true)]
+    pub controller: Option<PathBuf>,
+    /// When to use colour
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: Color,
+    /// Say more
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub verbose: u8,
+    /// Say only results and errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+}
+
+/// When to use colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal, unless NO_COLOR is set
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+#[allow(missing_docs, reason = "the help of a verb is on its arguments")]
+pub enum Command {
+    Up(up::Args),
+    Down(down::Args),
+    Apply(apply::Args),
+    Diff(diff::Args),
+    Plan(plan::Args),
+    Get(get::Args),
+    Events(events::Args),
+    Logs(logs::Args),
+    #[command(visible_alias = "delete")]
+    Teardown(teardown::Args),
+    #[command(subcommand)]
+    Manager(manager::Command),
+    Completion(completion::Args),
+    Version(version::Args),
+    #[command(hide = true)]
+    Docs(docs::Args),
+}
+
+/// Runs a verb.
+pub fn run(cli: Cli, out: &Output) -> Result<Exit, CliError> {
+    match cli.command {
+        // These need no home.
+        Command::Completion(args) => return completion::run(&args, out),
+        Command::Docs(args) => return docs::run(&args, out),
+        _ => {}
+    }
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(crate::local::LocalError::Runtime)?;
+    let session = Session::new(&cli.globals, *out)?;
+    runtime.block_on(dispatch(cli.command, &session))
+}
+
+async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError> {
+    match command {
+        Command::Up(args) => up::run(args, session).await,
+        Command::Down(args) => down::run(&args, session),
+        Command::Apply(args) => apply::run(args, session).await,
+        Command::Diff(args) => diff::run(args, session).await,
+        Command::Plan(args) => plan::run(args, session).await,
+        Command::Get(args) => get::run(args, session).await,
+        Command::Events(args) => events::run(args, session).await,
+        Command::Logs(args) => logs::run(args, session).await,
+        Command::Teardown(args) => teardown::run(args, session).await,
+        Command::Manager(command) => manager::run(command, session).await,
+        Command::Completion(args) => completion::run(&args, &session.out),
+        Command::Version(args) => version::run(&args, session).await,
+        Command::Docs(args) => docs::run(&args, &session.out),
+    }
+}

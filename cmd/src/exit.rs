@@ -1,0 +1,106 @@
+//! Exit codes and how a refusal of the controller maps to them.
+
+use rts_controller_api::{ClientError, Problem};
+
+/// How the program ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// Done; no difference.
+    Ok,
+    /// Only: differences or problems were found.
+    Different,
+    /// The command line is wrong, or names something that is not there.
+    Usage,
+    /// The profile or the plan is invalid.
+    Invalid,
+    /// The controller or an agent cannot be reached, or failed.
+    Unreachable,
+    /// A part was applied; the rest waits or cannot be done.
+    Partly,
+    /// The deadline passed while work went on.
+    Deadline,
+    /// Conflict with what is there.
+    Conflict,
+    /// Not authorised.
+    Forbidden,
+    /// Ctrl-C.
+    Interrupted,
+    /// The reader of stdout went away, as a shell shows SIGPIPE.
+    BrokenPipe,
+}
+
+impl Exit {
+    /// The number.
+    pub fn code(self) -> u8 {
+        match self {
+            Exit::Ok => 0,
+            Exit::Different => 1,
+            Exit::Usage => 2,
+            Exit::Invalid => 3,
+            Exit::Unreachable => 4,
+            Exit::Partly => 5,
+            Exit::Deadline => 6,
+            Exit::Conflict => 7,
+            Exit::Forbidden => 8,
+            Exit::Interrupted => 130,
+            Exit::BrokenPipe => 141,
+        }
+    }
+
+    /// Of a request that failed.
+    pub fn of_client(error: &ClientError) -> Self {
+        match error {
+            ClientError::Unreachable { .. } | ClientError::Protocol { .. } => Exit::Unreachable,
+            ClientError::Problem(problem) => Self::of_problem(problem),
+        }
+    }
+
+    /// Of a problem document: the code says more than the status.
+    pub fn of_problem(problem: &Problem) -> Self {
+        let code = problem.code.as_str();
+        if matches!(code, "order-cycle" | "module-not-found") || code.starts_with("invalid-") {
+            return Exit::Invalid;
+        }
+        match problem.status {
+            401 | 403 => Exit::Forbidden,
+            409 | 412 => Exit::Conflict,
+            422 => Exit::Invalid,
+            400 | 404 | 405 => Exit::Usage,
+            _ => Exit::Unreachable,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_maps_by_its_code_first_and_by_its_status_then() {
+        let exit = |status, code| Exit::of_problem(&Problem::new(status, code, "t", "")).code();
+        assert_eq!(exit(422, "unknown-port"), 3);
+        assert_eq!(exit(400, "invalid-body"), 3);
+        assert_eq!(exit(404, "module-not-found"), 3);
+        assert_eq!(exit(409, "order-cycle"), 3);
+        assert_eq!(exit(409, "instance-taken"), 7);
+        assert_eq!(exit(412, "stale"), 7);
+        assert_eq!(exit(401, "unauthorised"), 8);
+        assert_eq!(exit(403, "forbidden"), 8);
+        assert_eq!(exit(404, "not-found"), 2);
+        assert_eq!(exit(500, "internal"), 4);
+        assert_eq!(exit(503, "node-unknown"), 4);
+    }
+
+    #[test]
+    fn silence_and_nonsense_are_unreachable() {
+        let socket = std::path::PathBuf::from("/run/x.sock");
+        let reason = String::new();
+        let silent = ClientError::Unreachable {
+            socket: socket.clone(),
+            reason: reason.clone(),
+        };
+        let nonsense = ClientError::Protocol { socket, reason };
+        assert_eq!(Exit::of_client(&silent).code(), 4);
+        assert_eq!(Exit::of_client(&nonsense).code(), 4);
+    }
+}

@@ -1,0 +1,38 @@
+//! The command line of the project: it reads files, asks the controller, and shows the answers. It decides nothing.
+
+pub mod cli;
+pub mod commands;
+pub mod error;
+pub mod exit;
+pub mod follow;
+pub mod input;
+pub mod local;
+pub mod output;
+pub mod session;
+pub mod show;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Parses the arguments, runs the verb, prints the error if there is one, and gives the exit status.
+pub fn main() -> ExitCode {
+    let cli = match cli::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // A closed stdout is no reason to fail: the reader has what it wanted.
+            let _ = e.print();
+            let failed = e.use_stderr();
+            return ExitCode::from(if failed { exit::Exit::Usage.code() } else { 0 });
+        }
+    };
+    let out = output::Output::new(&cli.globals);
+    let code = match cli::run(cli, &out) {
+        Ok(exit) => exit,
+        Err(e) => {
+            out.error(&e);
+            e.exit()
+        }
+    };
+    ExitCode::from(code.code())
+}

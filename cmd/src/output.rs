@@ -1,0 +1,143 @@
+//! Where text goes: results to stdout, messages and errors to stderr, colour only where it is wanted.
+
+use std::error::Error;
+use std::io::{self, IsTerminal, Write};
+
+use anstream::{AutoStream, ColorChoice};
+use anstyle::{AnsiColor, Style};
+
+use crate::cli::{Color, Globals};
+use crate::error::CliError;
+
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const HELP: Style = AnsiColor::Cyan.on_default().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+
+/// The program's two streams and how much is said.
+#[derive(Debug, Clone, Copy)]
+pub struct Output {
+    stdout: ColorChoice,
+    stderr: ColorChoice,
+    quiet: bool,
+    verbose: u8,
+}
+
+impl Output {
+    /// As the global options say.
+    pub fn new(globals: &Globals) -> Self {
+        let choice = match globals.color {
+            Color::Auto => ColorChoice::Auto,
+            Color::Always => ColorChoice::Always,
+            Color::Never => ColorChoice::Never,
+        };
+        let settle = |auto| {
+            if choice == ColorChoice::Auto {
+                auto
+            } else {
+                choice
+            }
+        };
+        Self {
+            stdout: settle(AutoStream::choice(&io::stdout())),
+            stderr: settle(AutoStream::choice(&io::stderr())),
+            quiet: globals.quiet,
+            verbose: globals.verbose,
+        }
+    }
+
+    /// Results are coloured.
+    pub fn stdout_color(&self) -> bool {
+        self.stdout != ColorChoice::Never
+    }
+
+    /// Messages are coloured.
+    pub fn stderr_color(&self) -> bool {
+        self.stderr != ColorChoice::Never
+    }
+
+    /// Progress may be drawn over itself.
+    pub fn animated(&self) -> bool {
+        let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
+        !self.quiet && !dumb && io::stderr().is_terminal()
+    }
+
+    /// No messages are wanted.
+    pub fn quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// A result. Ends the line if the text does not.
+    pub fn result(&self, text: &str) -> Result<(), CliError> {
+        let mut stdout = AutoStream::new(io::stdout().lock(), self.stdout);
+        stdout.write_all(text.as_bytes())?;
+        if !text.ends_with('\n') && !text.is_empty() {
+            stdout.write_all(b"\n")?;
+        }
+        Ok(stdout.flush()?)
+    }
+
+    /// A message, unless `--quiet`.
+    pub fn say(&self, text: &str) {
+        if !self.quiet {
+            self.stderr(text);
+        }
+    }
+
+    /// A message for `--verbose`.
+    pub fn detail(&self, text: &str) {
+        if self.verbose > 0 && !self.quiet {
+            self.stderr(text);
+        }
+    }
+
+    /// A message that `--quiet` does not silence.
+    pub fn stderr(&self, text: &str) {
+        let mut stderr = AutoStream::new(io::stderr().lock(), self.stderr);
+        // Nobody can be told that stderr is closed.
+        let _ = writeln!(stderr, "{}", text.trim_end_matches('\n'));
+    }
+
+    /// `warning: text`.
+    pub fn warn(&self, text: &str) {
+        self.stderr(&format!("{WARNING}warning{WARNING:#}: {text}"));
+    }
+
+    /// `error: text`, for one of several faults.
+    pub fn fault(&self, code: &str, text: &str, help: Option<&str>) {
+        let code = if code.is_empty() {
+            String::new()
+        } else {
+            format!("[{code}]")
+        };
+        self.stderr(&format!("{ERROR}error{code}{ERROR:#}: {text}"));
+        if let Some(help) = help {
+            self.stderr(&format!("{HELP}help{HELP:#}: {help}"));
+        }
+    }
+
+    /// The error that ends the program, with its causes and advice.
+    pub fn error(&self, error: &CliError) {
+        if matches!(error, CliError::Stdout(e) if e.kind() == io::ErrorKind::BrokenPipe) {
+            return;
+        }
+        for fault in error.faults() {
+            self.fault(&fault.code, &fault.detail, fault.help.as_deref());
+        }
+        self.fault("", &chain(error), error.help().as_deref());
+    }
+}
+
+/// An error and its causes on one line; a cause that repeats what was said is left out.
+pub fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        let cause_text = cause.to_string();
+        if !text.ends_with(&cause_text) {
+            text.push_str(": ");
+            text.push_str(&cause_text);
+        }
+        source = cause.source();
+    }
+    text
+}

@@ -1,0 +1,164 @@
+//! `cargo xtask bench launch --local`: from `rtsctl apply` to all components Active, beside what it cannot beat.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+
+use super::{floors, stats};
+use crate::project;
+
+/// Components of each system.
+const COMPONENTS: u32 = 10;
+/// Type of every component: it has no ports to connect, so that only launching is measured.
+pub const TYPE: &str = "ConfigSample";
+/// File of its module.
+pub const MODULE: &str = "libconfig_sample.so";
+
+/// Arguments of `cargo xtask bench launch`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// On a local stack over Unix sockets (the only way in this version).
+    #[arg(long, required = true)]
+    local: bool,
+    /// Counted runs of each row, after one that is not counted.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: u32,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Measure what is built already with this cargo profile; by default a release build is made first.
+    #[arg(long, value_name = "PROFILE")]
+    built: Option<String>,
+}
+
+/// Measures all rows, interleaved run by run, and prints them.
+pub fn run(args: &Args) -> Result<()> {
+    let profile = args.built.as_deref().unwrap_or("release");
+    if args.built.is_none() {
+        project::run(project::cargo().args(["build", "--release", "--workspace"]))?;
+    }
+    let programs = project::programs(profile);
+    let stack = Stack::start(&programs)?;
+    let one = stack.system("one", false)?;
+    let ten = stack.system("ten", true)?;
+    let mut rows = [const { Vec::new() }; 4];
+    for run in 0..=args.runs {
+        let times = [
+            stack.apply("one", &one)?,
+            stack.apply("ten", &ten)?,
+            floors::dlopen_and_create(&programs.join(MODULE), stack.folder.path(), COMPONENTS)?,
+            floors::spawn_until_answer(
+                &programs.join("rts-manager"),
+                stack.folder.path(),
+                COMPONENTS,
+            )?,
+        ];
+        if run > 0 {
+            rows.iter_mut()
+                .zip(times)
+                .for_each(|(row, time)| row.push(time));
+        }
+    }
+    stack.stop()?;
+    let names = [
+        "agent-10-same",
+        "agent-10-separate",
+        "floor-dlopen",
+        "floor-spawn",
+    ];
+    let rows: Vec<_> = names
+        .iter()
+        .zip(rows)
+        .map(|(name, runs)| stats::Row::new(name, COMPONENTS, runs))
+        .collect();
+    if !args.json {
+        println!(
+            "{COMPONENTS} components, {profile} build, `rtsctl apply` included in the agent rows"
+        );
+    }
+    stats::print(&rows, args.json)
+}
+
+/// A local stack in a folder of its own.
+struct Stack {
+    folder: tempfile::TempDir,
+    rtsctl: PathBuf,
+}
+
+impl Stack {
+    fn start(programs: &Path) -> Result<Self> {
+        let folder = tempfile::Builder::new().prefix("rtsb").tempdir_in("/tmp")?;
+        let stack = Self {
+            folder,
+            rtsctl: programs.join("rtsctl"),
+        };
+        stack.rtsctl(&["up"])?;
+        Ok(stack)
+    }
+
+    /// Writes a profile of components that share a process, or have one each.
+    fn system(&self, name: &str, isolated: bool) -> Result<PathBuf> {
+        let components: String = (0..COMPONENTS)
+            .map(|i| {
+                format!(
+                    r#"<rts:Components rts:id="RTC:rtsctl:bench:{TYPE}:1.0" rts:instanceName="{name}{i}" rts:pathUri="localhost/{name}{i}.rtc" rts:compositeType="None" rts:isRequired="true">
+<rts:ExecutionContexts rts:id="0" rts:kind="PERIODIC" rts:rate="10.0"/>
+<rtsExt:Properties rtsExt:name="rtsctl.isolated" rtsExt:value="{isolated}"/>
+</rts:Components>
+"#
+                )
+            })
+            .collect();
+        let text = format!(
+            r#"<?xml version="1.0" encoding="UTF-8"?>
+<rts:RtsProfile rts:id="RTSystem:rtsctl:{name}:1.0" rts:version="0.2" rts:creationDate="2026-01-01T00:00:00" rts:updateDate="2026-01-01T00:00:00" xmlns:rts="http://www.openrtp.org/namespaces/rts" xmlns:rtsExt="http://www.openrtp.org/namespaces/rts_ext">
+{components}</rts:RtsProfile>
+"#
+        );
+        let file = self.folder.path().join(format!("{name}.xml"));
+        std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+        Ok(file)
+    }
+
+    /// Time of one apply until it says converged; the system is taken down again afterwards.
+    fn apply(&self, name: &str, file: &Path) -> Result<Duration> {
+        let start = Instant::now();
+        self.rtsctl(&["apply", &file.to_string_lossy()])?;
+        let took = start.elapsed();
+        self.rtsctl(&["teardown", name, "--yes"])?;
+        Ok(took)
+    }
+
+    fn stop(self) -> Result<()> {
+        self.rtsctl(&["down", "--yes"])
+    }
+
+    fn rtsctl(&self, arguments: &[&str]) -> Result<()> {
+        let mut command = Command::new(&self.rtsctl);
+        command
+            .args(arguments)
+            .env("RTSCTL_HOME", self.folder.path().join("home"))
+            .stdin(Stdio::null());
+        let output = command
+            .output()
+            .with_context(|| format!("cannot start {}", self.rtsctl.display()))?;
+        if !output.status.success() {
+            bail!(
+                "{} ended with {}: {}",
+                project::shown(&command),
+                output.status,
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Stack {
+    fn drop(&mut self) {
+        // After an error in the middle; when all went well, nothing runs any more and this does nothing.
+        let _ = self.rtsctl(&["down", "--purge", "--yes"]);
+    }
+}

@@ -1,0 +1,154 @@
+//! `cargo xtask test`: every suite in turn, each with a budget of seconds.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+
+use crate::{fuzz, project, tools};
+
+/// Arguments of `cargo xtask test`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Only these suites.
+    #[arg(value_name = "SUITE")]
+    only: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Budget {
+    total: u64,
+    suites: BTreeMap<String, u64>,
+}
+
+type Suite = (&'static str, fn() -> Result<()>);
+
+const SUITES: [Suite; 9] = [
+    ("packages", tools::packages),
+    ("tools", install_tools),
+    ("fmt", fmt),
+    ("build", build),
+    ("clippy", clippy),
+    ("deny", deny),
+    ("tests", tests),
+    ("docs", docs),
+    ("fuzz", fuzz::short),
+];
+
+/// Runs the suites and prints the seconds of each.
+pub fn run(args: &Args) -> Result<()> {
+    let budget: Budget = toml::from_str(include_str!("../budget.toml")).context("budget.toml")?;
+    let known = |name: &String| SUITES.iter().any(|(suite, _)| suite == name);
+    if let Some(unknown) = args.only.iter().find(|name| !known(name)) {
+        bail!(
+            "there is no suite {unknown}; there are: {}",
+            SUITES.map(|(name, _)| name).join(" ")
+        );
+    }
+    let start = Instant::now();
+    let mut rows = Vec::new();
+    for (name, suite) in SUITES {
+        if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
+            continue;
+        }
+        println!("\n==> {name}");
+        let start = Instant::now();
+        suite().with_context(|| format!("suite {name} failed"))?;
+        rows.push((name, start.elapsed()));
+    }
+    report(&budget, &rows, start.elapsed())
+}
+
+fn report(budget: &Budget, rows: &[(&str, Duration)], total: Duration) -> Result<()> {
+    println!("\n{:<10} {:>8} {:>8}", "SUITE", "SECONDS", "BUDGET");
+    let mut over = Vec::new();
+    let all = rows
+        .iter()
+        .map(|(name, took)| (*name, *took, budget.suites.get(*name).copied()));
+    for (name, took, seconds) in all.chain([("total", total, Some(budget.total))]) {
+        let seconds =
+            seconds.with_context(|| format!("budget.toml says nothing of suite {name}"))?;
+        let spent = took.as_secs_f64();
+        let remark = match spent / seconds as f64 {
+            share if share > 1.2 => {
+                over.push(name);
+                "FAILED: above 120 %"
+            }
+            share if share > 1.0 => "warning: above its budget",
+            _ => "",
+        };
+        println!("{name:<10} {spent:>8.1} {seconds:>8} {remark}");
+    }
+    if over.is_empty() {
+        Ok(())
+    } else {
+        bail!("above 120 % of the budget: {}", over.join(" "))
+    }
+}
+
+fn install_tools() -> Result<()> {
+    tools::cargo_tool("deny")?;
+    tools::cargo_tool("fuzz")?;
+    Ok(())
+}
+
+fn fmt() -> Result<()> {
+    project::run(project::cargo().args(["fmt", "--all", "--check"]))
+}
+
+fn build() -> Result<()> {
+    project::run(project::cargo().args(["build", "--workspace", "--all-targets", "--locked"]))
+}
+
+fn clippy() -> Result<()> {
+    project::run(project::cargo().args([
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--all-features",
+        "--locked",
+        "--",
+        "-D",
+        "warnings",
+    ]))
+}
+
+fn deny() -> Result<()> {
+    let deny = tools::cargo_tool("deny")?;
+    project::run(project::command(&deny).args(["check", "bans", "licenses", "sources"]))?;
+    // The advisory database lies on a server that not every machine reaches: its absence must not fail a build.
+    let advisories = project::run(
+        project::command(&deny)
+            .args(["check", "advisories"])
+            .stderr(std::process::Stdio::null()),
+    );
+    println!(
+        "advisories: {}",
+        if advisories.is_ok() {
+            "none"
+        } else {
+            "not checked, or some found: run `cargo deny check advisories`"
+        }
+    );
+    Ok(())
+}
+
+fn tests() -> Result<()> {
+    let mut command = project::cargo();
+    if tools::has_cargo("nextest") {
+        command.args(["nextest", "run", "--workspace", "--locked"]);
+    } else {
+        command.args(["test", "--workspace", "--all-targets", "--locked"]);
+    }
+    project::run(command.env("INSTA_UPDATE", "no"))
+}
+
+fn docs() -> Result<()> {
+    project::run(project::cargo().args(["test", "--workspace", "--doc", "--locked", "--quiet"]))?;
+    project::run(
+        project::cargo()
+            .args(["doc", "--workspace", "--no-deps", "--locked", "--quiet"])
+            .env("RUSTDOCFLAGS", "-D warnings"),
+    )
+}

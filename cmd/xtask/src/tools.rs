@@ -1,0 +1,84 @@
+//! Programs that the tests need: found on the machine, else installed.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
+
+use crate::project;
+
+/// A system program and the Debian package that has it.
+const PACKAGES: [(&str, &str); 3] = [("cc", "gcc"), ("c++", "g++"), ("python3", "python3-venv")];
+
+/// Installs missing system packages when running as root on Debian; otherwise says what to install.
+pub fn packages() -> Result<()> {
+    let missing: Vec<&str> = PACKAGES
+        .iter()
+        .filter(|(program, _)| find(program).is_none())
+        .map(|(_, package)| *package)
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    if !rustix::process::geteuid().is_root() || find("apt-get").is_none() {
+        bail!(
+            "these packages are needed and cannot be installed from here: {}",
+            missing.join(" ")
+        );
+    }
+    project::run(project::command("apt-get").args(["update", "-q"]))?;
+    project::run(
+        project::command("apt-get")
+            .args(["install", "-y", "-q"])
+            .args(&missing),
+    )
+}
+
+/// A cargo subcommand: on the path, else from PyPI into the target folder, else by `cargo install` there.
+pub fn cargo_tool(name: &str) -> Result<PathBuf> {
+    let program = format!("cargo-{name}");
+    let home = project::target().join("tools").join(name);
+    let installed = home.join("bin").join(&program);
+    if let Some(found) = find(&program) {
+        return Ok(found);
+    }
+    if !installed.exists() && from_pypi(name, &home).is_err() {
+        project::run(
+            project::cargo()
+                .args(["install", "--locked", "--root"])
+                .arg(&home)
+                .arg(&program),
+        )
+        .with_context(|| format!("cannot install {program}"))?;
+    }
+    Ok(installed)
+}
+
+fn from_pypi(name: &str, home: &Path) -> Result<()> {
+    project::run(
+        project::command("python3")
+            .args(["-m", "venv"])
+            .arg(home)
+            .stderr(Stdio::null()),
+    )?;
+    let package = format!("astral-dev-toolchain-cargo-{name}");
+    project::run(project::command(home.join("bin/pip")).args(["install", "-q", &package]))
+}
+
+/// A program on the path.
+pub fn find(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(program))
+        .find(|file| file.is_file())
+}
+
+/// True when a cargo subcommand answers.
+pub fn has_cargo(subcommand: &str) -> bool {
+    let mut command: Command = project::cargo();
+    command
+        .args([subcommand, "--version"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}

@@ -1,0 +1,61 @@
+//! What must survive: systems, node generations, identity of the store. Durable before a call returns.
+//!
+//! Status is not here: it lives in memory and is rebuilt from inventories.
+
+mod durable;
+mod memory;
+mod record;
+mod redb;
+
+#[cfg(test)]
+mod conformance;
+
+use std::path::PathBuf;
+
+pub use self::durable::Durable;
+pub use self::memory::MemoryStore;
+pub use self::record::{NodeGeneration, State, SystemRecord};
+pub use self::redb::RedbStore;
+
+/// Version of the tables. A store with a higher one is refused.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// A store that cannot be opened, read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A later program wrote it.
+    #[error(
+        "{} has schema version {found}, and this program knows {SCHEMA_VERSION}: upgrade rts-controller, or move the file away to start afresh", path.display()
+    )]
+    FutureSchema {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The file or disk failed.
+    #[error("cannot {what} the store {}", path.display())]
+    Failed {
+        /// What was being tried (`open`, `write`).
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+/// The store. Calls block; [`Durable`] moves them off the event loop.
+pub trait Store: Send + Sync + 'static {
+    /// Everything in it.
+    fn load(&self) -> Result<State, StoreError>;
+    /// Writes a system.
+    fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError>;
+    /// Forgets a system; no error when it is not there.
+    fn remove_system(&self, name: &str) -> Result<(), StoreError>;
+    /// Writes a node's generation.
+    fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError>;
+    /// Says that revisions up to this one may have been given out. Never lowers it.
+    fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError>;
+}

@@ -1,0 +1,64 @@
+//! The tree that the reader makes.
+
+use crate::span::{Span, Text};
+
+/// An element with everything in it, in the order of the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Element {
+    /// Namespace URI; empty when there is none.
+    pub namespace: String,
+    /// Name without prefix.
+    pub local: String,
+    /// Name as written.
+    pub qname: String,
+    /// Attributes, namespace declarations included.
+    pub attributes: Vec<Attribute>,
+    /// Elements, texts and comments.
+    pub children: Vec<Node>,
+    /// The start tag (its first line).
+    pub span: Span,
+}
+
+/// An attribute.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attribute {
+    /// Namespace URI; empty when there is none.
+    pub namespace: String,
+    /// Name without prefix.
+    pub local: String,
+    /// Name as written.
+    pub qname: String,
+    /// Value, unescaped.
+    pub value: String,
+    /// The value between its quotes; the element's start tag when it is empty.
+    pub span: Span,
+}
+
+/// What an element contains.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Node {
+    /// An element.
+    Element(Element),
+    /// Text, references resolved.
+    Text(String),
+    /// A comment.
+    Comment(String),
+}
+
+impl Element {
+    /// The child elements.
+    pub fn elements(&self) -> impl Iterator<Item = &Element> {
+        self.children.iter().filter_map(|node| match node {
+            Node::Element(element) => Some(element),
+            Node::Text(_) | Node::Comment(_) => None,
+        })
+    }
+
+    /// The value of the attribute with this local name in one of the namespaces.
+    pub fn attribute(&self, namespaces: &[&str], local: &str) -> Option<Text> {
+        self.attributes
+            .iter()
+            .find(|a| a.local == local && namespaces.contains(&a.namespace.as_str()))
+            .map(|a| Text::new(a.value.clone(), a.span))
+    }
+}

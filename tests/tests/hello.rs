@@ -1,0 +1,149 @@
+//! The hello system: applied, seen to run, changed, taken down.
+
+use std::time::Duration;
+
+use rts_tests::{Stack, processes_of};
+use serde_json::Value;
+
+const HELLO: &str = "manifests/hello/system.xml";
+const CHANGED: &str = "manifests/hello/changed.xml";
+
+fn pid(stack: &Stack, component: &str) -> u64 {
+    stack.named("components", component)["status"]["pid"].as_u64().expect("a pid")
+}
+
+fn incarnations(stack: &Stack) -> Vec<(String, String)> {
+    let text = |v: &Value| v.as_str().expect("text").to_owned();
+    let items = stack.get("components");
+    items.iter().map(|c| (text(&c["metadata"]["name"]), text(&c["status"]["incarnation"]))).collect()
+}
+
+fn flowing(connectors: &[Value]) -> bool {
+    connectors.len() == 2 && connectors.iter().all(|c| c["status"]["samplesReceived"].as_u64() >= Some(3))
+}
+
+#[test]
+fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
+    let stack = Stack::new();
+    stack.expect(0, &["up"]);
+    let said = stack.expect(0, &["apply", HELLO]);
+    assert!(said.err.contains("converged") || said.out.contains("converged"), "{said:#?}");
+
+    let components = stack.get("components");
+    assert_eq!(components.len(), 3);
+    for component in &components {
+        assert_eq!(component["status"]["state"], "Active");
+        assert_eq!(component["status"]["node"], "local");
+        assert_eq!(component["status"]["restarts"], 0);
+        assert_eq!(component["spec"]["system"], "hello");
+    }
+    assert_eq!(pid(&stack, "Sine0"), pid(&stack, "Filter0"), "one manager, one process");
+    assert_ne!(pid(&stack, "Sine0"), pid(&stack, "Printer0"), "isolated: a process of its own");
+
+    let connectors = stack.until("connectors", "samples arrive on both connectors", flowing);
+    for connector in connectors {
+        assert_eq!(connector["status"]["state"], "Connected");
+        assert!(connector["status"]["samplesReceived"].as_u64() <= connector["status"]["samplesSent"].as_u64());
+    }
+    let transport = |name: &str| stack.named("connectors", name)["status"]["transport"].clone();
+    assert_eq!(transport("Sine0.out-Filter0.in"), "direct");
+    assert_eq!(transport("Filter0.out-Printer0.in"), "uds");
+
+    let before = incarnations(&stack);
+    let said = stack.expect(0, &["apply", HELLO]);
+    assert!(said.out.contains("no changes"), "{said:#?}");
+    assert_eq!(incarnations(&stack), before, "nothing restarts");
+
+    let log = stack.expect(0, &["logs", "Printer0"]);
+    assert!(log.out.lines().count() >= 2, "{log:#?}");
+
+    stack.expect(0, &["teardown", "hello", "--yes"]);
+    assert_eq!(stack.get("components").len(), 0);
+    assert_eq!(stack.get("managers").len(), 0);
+    assert_eq!(stack.get("systems").len(), 0);
+    let left = processes_of(&stack.home().join("run/local"));
+    assert!(left.is_empty(), "manager processes are left: {left:?}");
+    stack.leaves_nothing();
+}
+
+#[test]
+fn the_yaml_twin_is_the_same_system() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", HELLO]);
+    let before = incarnations(&stack);
+    let said = stack.expect(0, &["apply", "manifests/hello/system.yaml"]);
+    assert!(said.out.contains("no changes"), "{said:#?}");
+    assert_eq!(incarnations(&stack), before);
+    stack.leaves_nothing();
+}
+
+#[test]
+fn diff_says_what_changes_and_apply_does_just_that() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", HELLO]);
+    stack.until("connectors", "samples arrive", flowing);
+    stack.expect(0, &["diff", HELLO]);
+    let before = incarnations(&stack);
+    let said = stack.expect(1, &["diff", CHANGED]);
+    for word in ["Filter0", "gain", "Printer0", "hello.Printer0", "Plan:"] {
+        assert!(said.out.contains(word), "diff says nothing of {word}: {said:#?}");
+    }
+    assert_eq!(incarnations(&stack), before, "diff changes nothing");
+    let plan = stack.expect(1, &["diff", CHANGED, "-o", "json"]);
+    let plan: Value = serde_json::from_str(&plan.out).expect("JSON");
+    assert!(plan["changes"].as_array().is_some_and(|c| !c.is_empty()));
+    assert!(plan["steps"].as_array().is_some_and(|c| c.iter().all(|s| s["kind"].is_string() && s["needs"].is_array())));
+    assert!(plan["restarts"].as_array().is_some_and(|c| !c.is_empty()));
+
+    let sine = pid(&stack, "Sine0");
+    stack.expect(0, &["apply", CHANGED]);
+    let same = |name: &str| {
+        let at = |list: &[(String, String)]| list.iter().find(|(n, _)| n == name).map(|(_, i)| i.clone());
+        at(&before) == at(&incarnations(&stack))
+    };
+    assert!(same("Sine0") && same("Filter0"), "values and rates are set in place");
+    assert!(!same("Printer0"), "a moved component is made again");
+    assert_eq!(pid(&stack, "Sine0"), sine);
+    assert_eq!(pid(&stack, "Printer0"), sine, "it moved into main");
+    let filter = stack.named("components", "Filter0");
+    assert_eq!(filter["status"]["configuration"]["sets"]["default"]["gain"], "2.0");
+    assert_eq!(stack.named("components", "Sine0")["status"]["rate"], 200.0);
+    assert_eq!(stack.get("managers").len(), 1);
+    stack.expect(0, &["diff", CHANGED]);
+    stack.leaves_nothing();
+}
+
+#[test]
+fn a_killed_manager_comes_back_and_nothing_else_is_touched() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", HELLO]);
+    stack.until("connectors", "samples arrive", flowing);
+    let sine = pid(&stack, "Sine0");
+    let printer = pid(&stack, "Printer0");
+    rts_tests::kill(printer.try_into().expect("a pid"));
+    stack.until("components", "Printer0 is Active again in a new process", |components| {
+        let state = |c: &Value| c["status"]["state"] == "Active" && c["status"]["pid"].as_u64() != Some(printer);
+        components.iter().any(|c| c["metadata"]["name"] == "Printer0" && state(c))
+    });
+    stack.until("connectors", "samples arrive again", flowing);
+    assert_eq!(pid(&stack, "Sine0"), sine);
+    assert_eq!(stack.named("components", "Printer0")["status"]["restarts"], 1);
+    assert_eq!(stack.named("components", "Sine0")["status"]["restarts"], 0);
+    let events = stack.get("events");
+    assert!(events.iter().any(|e| e["spec"]["reason"] == "ManagerDied"), "{events:#?}");
+    stack.leaves_nothing();
+}
+
+#[test]
+fn two_stacks_run_side_by_side() {
+    let (one, two) = (Stack::new(), Stack::new());
+    one.expect(0, &["apply", HELLO]);
+    two.expect(0, &["apply", HELLO]);
+    one.expect(0, &["teardown", "hello", "--yes"]);
+    assert_eq!(two.get("components").len(), 3);
+    assert!(two.get("components").iter().all(|c| c["status"]["state"] == "Active"));
+    one.leaves_nothing();
+    std::thread::sleep(Duration::from_millis(100));
+    assert_eq!(two.get("components").len(), 3);
+    two.leaves_nothing();
+}
