@@ -33,9 +33,19 @@ impl Events {
     /// Keeps an event and logs it.
     pub fn push(&self, event: AgentEvent) {
         if event.kind == "Warning" {
-            tracing::warn!(reason = event.reason, object = event.object, "{}", event.message);
+            tracing::warn!(
+                reason = event.reason,
+                object = event.object,
+                "{}",
+                event.message
+            );
         } else {
-            tracing::info!(reason = event.reason, object = event.object, "{}", event.message);
+            tracing::info!(
+                reason = event.reason,
+                object = event.object,
+                "{}",
+                event.message
+            );
         }
         let mut waiting = lock(&self.waiting);
         if waiting.events.len() == CAPACITY {

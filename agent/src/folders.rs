@@ -30,7 +30,9 @@ pub(crate) struct Folders {
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// A node name that is no file name.
-    #[error("node name {0:?} is not usable: use 1 to 63 of a-z, A-Z, 0-9, '-', '_' and '.', not starting with '.'")]
+    #[error(
+        "node name {0:?} is not usable: use 1 to 63 of a-z, A-Z, 0-9, '-', '_' and '.', not starting with '.'"
+    )]
     NodeName(String),
     /// Sockets below the home would not fit.
     #[error(

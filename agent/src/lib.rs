@@ -19,6 +19,7 @@ mod log_tail;
 mod manager_link;
 mod managers;
 mod modules;
+mod pidfd;
 mod process;
 mod restarts;
 mod run;

@@ -2,13 +2,10 @@
 
 use std::fs;
 use std::io;
-use std::os::fd::OwnedFd;
 use std::time::Duration;
 
-use rustix::process::{Pid, PidfdFlags, Signal};
+use rustix::process::{Pid, Signal};
 use serde::{Deserialize, Serialize};
-use tokio::io::Interest;
-use tokio::io::unix::AsyncFd;
 use tokio::time::{Instant, sleep};
 
 /// What names one process for good: a pid alone is used again.
@@ -57,27 +54,6 @@ fn stat_fields(stat: &str) -> Option<impl Iterator<Item = &str>> {
     Some(stat.rsplit_once(") ")?.1.split(' '))
 }
 
-/// A handle that becomes readable when the process ends.
-#[derive(Debug)]
-pub(crate) struct PidFd(AsyncFd<OwnedFd>);
-
-impl PidFd {
-    /// Opens a process. With `started` it must be the one that started then.
-    pub fn open(pid: u32, started: Option<u64>) -> io::Result<Self> {
-        let fd = rustix::process::pidfd_open(number(pid)?, PidfdFlags::NONBLOCK)?;
-        if started.is_some() && start_ticks(pid) != started {
-            return Err(io::Error::from(io::ErrorKind::NotFound));
-        }
-        Ok(Self(AsyncFd::with_interest(fd, Interest::READABLE)?))
-    }
-
-    /// Waits for the end of the process.
-    pub async fn ended(&self) {
-        // An error here means that the reactor is gone, and with it the agent.
-        let _ = self.0.readable().await;
-    }
-}
-
 /// Sends a signal to a whole process group; an empty one is fine.
 pub(crate) fn signal_group(pid: u32, signal: Signal) {
     if let Ok(group) = number(pid)
@@ -102,8 +78,7 @@ pub(crate) fn group_lives(pid: u32) -> bool {
             .file_name()
             .to_str()
             .is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()));
-        is_process
-            && fs::read_to_string(entry.path().join("stat")).is_ok_and(|s| in_group(&s, pid))
+        is_process && fs::read_to_string(entry.path().join("stat")).is_ok_and(|s| in_group(&s, pid))
     })
 }
 
@@ -130,18 +105,25 @@ pub(crate) async fn kill_group(pid: u32, limit: Duration) -> bool {
     true
 }
 
-fn number(pid: u32) -> io::Result<Pid> {
+/// A process number that may be given to the kernel.
+pub(crate) fn number(pid: u32) -> io::Result<Pid> {
     i32::try_from(pid)
         .ok()
         // 0 is our own group, 1 is everybody.
         .filter(|pid| *pid > 1)
         .and_then(Pid::from_raw)
-        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, format!("pid {pid} is not usable")))
+        .ok_or_else(|| {
+            io::Error::new(
+                io::ErrorKind::InvalidInput,
+                format!("pid {pid} is not usable"),
+            )
+        })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pidfd::PidFd;
     use std::os::unix::process::CommandExt;
     use std::process::Command;
 

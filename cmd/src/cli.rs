@@ -17,7 +17,7 @@ use crate::session::Session;
 /// A system is described by an RTS Profile. `rtsctl apply FILE` starts what is missing, changes what differs, stops what
 /// is no longer wanted, and ends when everything runs.
 #[derive(Debug, Parser)]
-#[command(name = "rtsctl", version, propagate_version = false, max_term_width = 100)]
+#[command(name = "rtsctl", version, propagate_version = false)]
 #[command(after_long_help = EXIT_CODES)]
 pub struct Cli {
     /// Options of every verb.
@@ -28,7 +28,8 @@ pub struct Cli {
     pub command: Command,
 }
 
-const EXIT_CODES: &str = "\
+/// The exit codes in words.
+pub const EXIT_CODES: &str = "\
 Exit status:
   0    done; no difference
   1    only: differences were found (diff)
@@ -39,16 +40,29 @@ Exit status:
   6    the deadline passed
   7    conflict with what is there
   8    not authorised
-  130  interrupted";
+  130  interrupted
+  141  the reader of the output went away";
 
 /// Options of every verb.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Globals {
-    /// Folder of the local stack [default: $XDG_STATE_HOME/rtsctl]
-    #[arg(long, global = true, value_name = "DIR", env = "RTSCTL_HOME", hide_env_values = true)]
+    /// Folder of the local stack [env: RTSCTL_HOME] [default: $XDG_STATE_HOME/rtsctl]
+    #[arg(
+        long,
+        global = true,
+        value_name = "DIR",
+        env = "RTSCTL_HOME",
+        hide_env = true
+    )]
     pub home: Option<PathBuf>,
-    /// Unix socket of the controller [default: the local one]
-    #[arg(long, global = true, value_name = "SOCKET", env = "RTSCTL_CONTROLLER", hide_env_values = true)]
+    /// Unix socket of the controller [env: RTSCTL_CONTROLLER] [default: the local one]
+    #[arg(
+        long,
+        global = true,
+        value_name = "SOCKET",
+        env = "RTSCTL_CONTROLLER",
+        hide_env = true
+    )]
     pub controller: Option<PathBuf>,
     /// When to use colour
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rts_controller_api::{ClientError, ProblemError};
 
 use crate::exit::Exit;
-use crate::local::LocalError;
+use crate::local::{LocalError, plural};
 
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
@@ -40,7 +40,7 @@ pub enum CliError {
         /// What was tried (`apply system/hello`).
         what: String,
         /// Why.
-        source: ClientError,
+        source: Box<ClientError>,
     },
     /// No local controller runs, and this verb does not start one.
     #[error("no controller is running in {}", home.display())]
@@ -59,6 +59,12 @@ pub enum CliError {
         /// `2 of 3 components active`.
         summary: String,
     },
+    /// Somebody took it down while it was waited for.
+    #[error("system/{system} was taken down by another command")]
+    Gone {
+        /// Its name.
+        system: String,
+    },
     /// The deadline passed.
     #[error("system/{system} is not {goal} after {seconds} s")]
     Deadline {
@@ -67,7 +73,7 @@ pub enum CliError {
         /// `converged`, `gone`.
         goal: &'static str,
         /// How long it was waited for.
-        seconds: u64,
+        seconds: f64,
     },
     /// Ctrl-C; what happens next has been said.
     #[error("interrupted")]
@@ -105,7 +111,10 @@ impl CliError {
     /// For `map_err` behind a request.
     pub fn request(what: impl Into<String>) -> impl FnOnce(ClientError) -> Self {
         let what = what.into();
-        move |source| CliError::Request { what, source }
+        move |source| CliError::Request {
+            what,
+            source: Box::new(source),
+        }
     }
 
     /// The exit code.
@@ -119,7 +128,9 @@ impl CliError {
             CliError::Partly { .. } => Exit::Partly,
             CliError::Deadline { .. } => Exit::Deadline,
             CliError::Interrupted => Exit::Interrupted,
-            CliError::Stdout(_) => Exit::BrokenPipe,
+            CliError::Gone { .. } => Exit::Conflict,
+            CliError::Stdout(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Exit::BrokenPipe,
+            CliError::Stdout(_) => Exit::Partly,
         }
     }
 
@@ -141,13 +152,21 @@ impl CliError {
         }
     }
 
+    /// The error on one line with its causes; what its faults say is not said again.
+    pub fn line(&self) -> String {
+        match self.faults().len() {
+            0 => chain(self),
+            count => format!("{self}: {}", plural("error", count)),
+        }
+    }
+
     /// Single faults of a problem document, in its order.
     pub fn faults(&self) -> &[ProblemError] {
         match self {
-            CliError::Request {
-                source: ClientError::Problem(problem),
-                ..
-            } => &problem.errors,
+            CliError::Request { source, .. } => match source.as_ref() {
+                ClientError::Problem(problem) => &problem.errors,
+                _ => &[],
+            },
             _ => &[],
         }
     }
@@ -164,5 +183,67 @@ fn help_of(source: &ClientError) -> Option<String> {
         ClientError::Protocol { .. } => Some(VERSIONS.to_owned()),
         ClientError::Problem(problem) if problem.retryable => Some("try again later".to_owned()),
         ClientError::Problem(_) => None,
+    }
+}
+
+/// An error and its causes on one line; a cause that repeats what was said is left out.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        let cause_text = cause.to_string();
+        if !text.ends_with(&cause_text) {
+            text.push_str(": ");
+            text.push_str(&cause_text);
+        }
+        source = cause.source();
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rts_controller_api::Problem;
+
+    fn refused(errors: Vec<ProblemError>) -> CliError {
+        let problem = Problem::invalid("invalid-system", "component A: no module of type X");
+        CliError::request("apply system/hello")(problem.with_errors(errors).into())
+    }
+
+    #[test]
+    fn causes_follow_on_the_same_line() {
+        assert_eq!(
+            refused(Vec::new()).line(),
+            "cannot apply system/hello: component A: no module of type X"
+        );
+        let read = CliError::Read {
+            path: "x.xml".into(),
+            source: std::io::Error::other("disk on fire"),
+        };
+        assert_eq!(read.line(), "cannot read x.xml: disk on fire");
+    }
+
+    #[test]
+    fn faults_that_are_printed_one_by_one_are_only_counted() {
+        let fault = ProblemError {
+            pointer: String::new(),
+            code: "module-not-found".to_owned(),
+            detail: "component A: no module of type X".to_owned(),
+            help: None,
+        };
+        let error = refused(vec![fault.clone(), fault]);
+        assert_eq!(error.line(), "cannot apply system/hello: 2 errors");
+        assert_eq!(error.faults().len(), 2);
+        assert_eq!(error.exit(), Exit::Invalid);
+    }
+
+    #[test]
+    fn a_stopped_controller_comes_with_the_way_to_start_it() {
+        let home = PathBuf::from("/h");
+        let error = CliError::NoController { home };
+        assert_eq!(error.line(), "no controller is running in /h");
+        assert_eq!(error.help().as_deref(), Some("start one with `rtsctl up`"));
+        assert_eq!(error.exit().code(), 4);
     }
 }

@@ -1,10 +1,10 @@
 //! Where text goes: results to stdout, messages and errors to stderr, colour only where it is wanted.
 
-use std::error::Error;
 use std::io::{self, IsTerminal, Write};
 
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
+use rts_schemas::diagnostic::Severity;
 
 use crate::cli::{Color, Globals};
 use crate::error::CliError;
@@ -12,6 +12,15 @@ use crate::error::CliError;
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const HELP: Style = AnsiColor::Cyan.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+
+/// How a severity looks.
+pub fn severity_style(severity: Severity) -> Style {
+    match severity {
+        Severity::Error => ERROR,
+        Severity::Warning => WARNING,
+        Severity::Note => HELP,
+    }
+}
 
 /// The program's two streams and how much is said.
 #[derive(Debug, Clone, Copy)]
@@ -50,20 +59,10 @@ impl Output {
         self.stdout != ColorChoice::Never
     }
 
-    /// Messages are coloured.
-    pub fn stderr_color(&self) -> bool {
-        self.stderr != ColorChoice::Never
-    }
-
     /// Progress may be drawn over itself.
     pub fn animated(&self) -> bool {
         let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
         !self.quiet && !dumb && io::stderr().is_terminal()
-    }
-
-    /// No messages are wanted.
-    pub fn quiet(&self) -> bool {
-        self.quiet
     }
 
     /// A result. Ends the line if the text does not.
@@ -123,21 +122,6 @@ impl Output {
         for fault in error.faults() {
             self.fault(&fault.code, &fault.detail, fault.help.as_deref());
         }
-        self.fault("", &chain(error), error.help().as_deref());
+        self.fault("", &error.line(), error.help().as_deref());
     }
-}
-
-/// An error and its causes on one line; a cause that repeats what was said is left out.
-pub fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let cause_text = cause.to_string();
-        if !text.ends_with(&cause_text) {
-            text.push_str(": ");
-            text.push_str(&cause_text);
-        }
-        source = cause.source();
-    }
-    text
 }

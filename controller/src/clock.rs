@@ -10,7 +10,7 @@ pub trait Clock: Send + Sync + 'static {
 }
 
 /// Chance.
-pub trait Rng: Send + Sync + 'static {
+pub trait Chance: Send + Sync + 'static {
     /// A number in 0.0..1.0.
     fn unit(&self) -> f64;
     /// A new UUID.
@@ -29,9 +29,9 @@ impl Clock for SystemClock {
 
 /// The operating system's chance.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct SystemRng;
+pub struct SystemChance;
 
-impl Rng for SystemRng {
+impl Chance for SystemChance {
     fn unit(&self) -> f64 {
         rand::rng().random()
     }

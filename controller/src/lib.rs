@@ -1,1 +1,41 @@
-//! placeholder
+//! The controller: keeps what is desired, asks what is there, and works on the difference until there is none.
+//!
+//! [`run`] is the program. [`Core`], [`Reconciler`] and [`router`] are its parts, for tests and simulations that
+//! pass their own clock, chance, fleet and store.
+
+mod admit;
+mod api;
+mod apply;
+pub mod clock;
+mod core;
+mod execute;
+pub mod fleet;
+mod greet;
+mod home;
+mod metrics;
+mod observe;
+mod publish;
+mod reconcile;
+mod run;
+mod sessions;
+pub mod store;
+mod view;
+
+pub use self::api::router;
+pub use self::apply::{apply, delete};
+pub use self::core::{Core, Inputs};
+pub use self::greet::{greet, heartbeat};
+pub use self::reconcile::Reconciler;
+pub use self::run::{Config, RunError, expire_sessions, run};
+
+/// An error and its causes in one line.
+pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text.push_str(": ");
+        text.push_str(&error.to_string());
+        cause = error.source();
+    }
+    text
+}

@@ -1,1 +1,153 @@
-//! To come.
+//! Finds every problem of a profile in one run, with its place and a way to mend it.
+//!
+//! Cycles among the orders are found by rts-plan, which owns the graph.
+
+mod component;
+mod connector;
+mod order;
+mod spec;
+
+pub use spec::spec;
+
+use std::collections::HashSet;
+
+use crate::diagnostic::{Finding, Report};
+use crate::rts_profile::ReadProfile;
+use crate::rts_profile::model::Target;
+use crate::span::{Span, Text};
+use crate::suggest;
+
+/// All problems of a profile, errors and warnings, those of reading first.
+pub fn profile(read: &ReadProfile) -> Report {
+    let mut seen = HashSet::new();
+    let names = read.profile.components.iter().filter_map(|c| c.instance_name.as_ref());
+    let instances = names.map(Text::trimmed).filter(|name| seen.insert(*name)).collect();
+    let mut check = Check {
+        read,
+        instances,
+        report: read.findings.clone(),
+    };
+    check.header();
+    for component in &read.profile.components {
+        component::component(&mut check, component);
+    }
+    component::duplicates(&mut check);
+    connector::connectors(&mut check);
+    for order in &read.profile.orders {
+        order::order(&mut check, order);
+    }
+    check.report
+}
+
+/// Most findings of one file: nobody reads more, and each costs its line.
+const FINDINGS_LIMIT: usize = 500;
+
+/// What every check needs: the profile, its names, and where to put findings.
+struct Check<'a> {
+    read: &'a ReadProfile,
+    instances: Vec<&'a str>,
+    report: Report,
+}
+
+impl<'a> Check<'a> {
+    fn push(&mut self, finding: Finding, span: Span) {
+        match self.report.findings.len() {
+            0..FINDINGS_LIMIT => {}
+            FINDINGS_LIMIT => {
+                let message = format!("there are more than {FINDINGS_LIMIT} problems; the others are not shown");
+                return self.report.push(Finding::error("too-many-problems", message).help("mend these first"));
+            }
+            _ => return,
+        }
+        let place = self.read.place(span);
+        self.report.push(finding.at(place));
+    }
+
+    fn error(&mut self, code: &str, message: String, span: Span, help: impl Into<String>) {
+        self.push(Finding::error(code, message).help(help), span);
+    }
+
+    fn warning(&mut self, code: &str, message: String, span: Span, help: impl Into<String>) {
+        self.push(Finding::warning(code, message).help(help), span);
+    }
+
+    /// The attribute's text; an error when it is missing or blank.
+    fn required(
+        &mut self,
+        text: &'a Option<Text>,
+        key: &str,
+        owner: &str,
+        span: Span,
+    ) -> Option<&'a Text> {
+        match text {
+            Some(text) if !text.trimmed().is_empty() => Some(text),
+            found => {
+                let key = self.read.spelled(key);
+                let what = if found.is_some() { "empty" } else { "missing" };
+                let span = found.as_ref().map_or(span, |text| text.span);
+                self.error(
+                    "missing-attribute",
+                    format!("`{key}` of {owner} is {what}"),
+                    span,
+                    format!("add `{key}`"),
+                );
+                None
+            }
+        }
+    }
+
+    /// The name of a component that must be in the profile.
+    fn instance(&mut self, target: &'a Target, owner: &str) -> Option<&'a str> {
+        let name = self.required(&target.instance_name, "instanceName", owner, target.span)?;
+        if self.read.component(&name.value).is_some() {
+            return Some(name.trimmed());
+        }
+        let help = if self.instances.is_empty() {
+            "the profile has no component".to_owned()
+        } else {
+            suggest::advice(name.trimmed(), "components", &self.instances)
+        };
+        let message = format!(
+            "{owner} names the component `{}`, which the profile does not have",
+            name.trimmed()
+        );
+        self.error("unknown-instance", message, name.span, help);
+        None
+    }
+
+    fn header(&mut self) {
+        let profile = &self.read.profile;
+        if profile.id.as_ref().is_none_or(|id| id.trimmed().is_empty()) {
+            let key = self.read.spelled("id");
+            let help = format!("add `{key}` in the form `RTSystem:vendor:name:version`");
+            self.warning(
+                "missing-attribute",
+                format!("`{key}` of the profile is missing"),
+                profile.span,
+                help,
+            );
+        }
+        let key = self.read.spelled("version");
+        match &profile.version {
+            Some(version) if matches!(version.trimmed(), "0.1" | "0.2") => {}
+            Some(version) => {
+                let message = format!(
+                    "`{}` is not a version of the RTS Profile",
+                    version.trimmed()
+                );
+                self.warning(
+                    "unknown-version",
+                    message,
+                    version.span,
+                    "versions: 0.1, 0.2; it is read as 0.2",
+                );
+            }
+            None => self.warning(
+                "missing-attribute",
+                format!("`{key}` of the profile is missing; it is read as 0.2"),
+                profile.span,
+                format!("add `{key}` with the value `0.2`"),
+            ),
+        }
+    }
+}

@@ -2,6 +2,10 @@
 //!
 //! A finding carries the text of its line, so that it can travel over the API and still be shown as a compiler would.
 
+mod render;
+
+pub use render::render;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -109,6 +113,14 @@ impl Report {
     /// Adds all findings of another report.
     pub fn extend(&mut self, other: Report) {
         self.findings.extend(other.findings);
+    }
+
+    /// Puts the findings of one file in the order of its lines; those without a place come last.
+    pub fn sort_by_place(&mut self) {
+        self.findings.sort_by_key(|finding| {
+            let place = finding.place.as_ref();
+            place.map_or((usize::MAX, 0), |place| (place.line, place.column))
+        });
     }
 
     /// True when at least one finding is an error.

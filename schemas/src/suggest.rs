@@ -10,6 +10,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let lower = word.to_lowercase();
     candidates
         .into_iter()
+        .take(1000)
         .filter(|candidate| candidate.len() <= LONGEST)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
@@ -37,7 +38,7 @@ pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// Advice for a wrong word: the nearest right one, and all of them.
-pub fn advice<'a>(word: &str, what: &str, candidates: &[&'a str]) -> String {
+pub fn advice(word: &str, what: &str, candidates: &[&str]) -> String {
     let all = listed(candidates.iter().copied());
     match nearest(word, candidates.iter().copied()) {
         Some(near) if candidates.len() == 1 => format!("did you mean `{near}`?"),

@@ -29,7 +29,7 @@ pub struct XmlError {
     /// What is wrong.
     pub message: String,
     /// How to mend it.
-    pub help: Option<&'static str>,
+    pub help: Option<String>,
     /// Where, in bytes of the decoded text.
     pub span: Span,
 }
@@ -48,7 +48,7 @@ impl XmlError {
     pub fn finding(&self, source: &Source) -> Finding {
         let finding = Finding::error(self.code, self.message.clone())
             .at(Some(source.place(self.span.start, self.span.end)));
-        match self.help {
+        match &self.help {
             Some(help) => finding.help(help),
             None => finding,
         }
@@ -65,11 +65,10 @@ pub fn parse(text: &str) -> Result<Element, XmlError> {
     let mut tree = Tree::default();
     loop {
         let at = offset(reader.buffer_position(), text);
-        let event = reader.read_event().map_err(|error| {
-            let from = offset(reader.error_position(), text);
-            let to = offset(reader.buffer_position(), text).max(from + 1);
-            XmlError::malformed(error.to_string(), Span::new(from, first_line(text, from, to)))
-        })?;
+        let event = match reader.read_event() {
+            Ok(event) => event,
+            Err(error) => return Err(tree.broken(&reader, &error, text)),
+        };
         let end = offset(reader.buffer_position(), text);
         let span = Span::new(at, end);
         match event {
@@ -99,16 +98,37 @@ struct Tree {
 }
 
 impl Tree {
+    /// What the parser says, and which element was open there.
+    fn broken(&self, reader: &NsReader<&[u8]>, error: &quick_xml::Error, text: &str) -> XmlError {
+        let from = offset(reader.error_position(), text);
+        let to = offset(reader.buffer_position(), text).max(from + 1);
+        let span = Span::new(from, first_line(text, from, to));
+        let mut broken = XmlError::malformed(error.to_string(), span);
+        broken.help = self.open.last().map(|open| {
+            let line = text[..open.span.start].matches('\n').count() + 1;
+            format!(
+                "the innermost open element is `<{}>` of line {line}",
+                open.qname
+            )
+        });
+        broken
+    }
+
     fn open(&mut self, element: Element) -> Result<(), XmlError> {
         if self.open.is_empty() && self.root.is_some() {
-            let message = format!("`<{}>` stands after the end of the root element", element.qname);
+            let message = format!(
+                "`<{}>` stands after the end of the root element",
+                element.qname
+            );
             return Err(XmlError::malformed(message, element.span));
         }
         if self.open.len() >= DEPTH_LIMIT {
             return Err(XmlError {
                 code: "too-deep",
                 message: format!("elements are nested deeper than {DEPTH_LIMIT}"),
-                help: Some("a profile needs fewer than ten levels: is this the right file?"),
+                help: Some(
+                    "a profile needs fewer than ten levels: is this the right file?".to_owned(),
+                ),
                 span: element.span,
             });
         }
@@ -137,7 +157,10 @@ impl Tree {
             return if blank {
                 Ok(())
             } else {
-                Err(XmlError::malformed("there is text outside the root element", span))
+                Err(XmlError::malformed(
+                    "there is text outside the root element",
+                    span,
+                ))
             };
         };
         match parent.children.last_mut() {
@@ -151,7 +174,7 @@ impl Tree {
         if let Some(open) = self.open.last() {
             let message = format!("`<{}>` is never closed", open.qname);
             let mut error = XmlError::malformed(message, open.span);
-            error.help = Some("the file ends too early: was it cut off?");
+            error.help = Some("the file ends too early: was it cut off?".to_owned());
             return Err(error);
         }
         self.root.ok_or_else(|| {
@@ -201,7 +224,8 @@ fn bound(result: ResolveResult<'_>, span: Span) -> Result<String, XmlError> {
         ResolveResult::Unknown(prefix) => {
             let message = format!("the prefix `{prefix}:` is not declared");
             let mut error = XmlError::malformed(message, span);
-            error.help = Some("declare it on the root element with `xmlns:PREFIX=\"…\"`");
+            error.help =
+                Some("declare it on the root element with `xmlns:PREFIX=\"…\"`".to_owned());
             Err(error)
         }
     }
@@ -218,7 +242,7 @@ fn dtd_refused(span: Span) -> XmlError {
     XmlError {
         code: "dtd-refused",
         message: "a document type declaration is not read".to_owned(),
-        help: Some("remove `<!DOCTYPE …>`; profiles have no use for it"),
+        help: Some("remove `<!DOCTYPE …>`; profiles have no use for it".to_owned()),
         span,
     }
 }
@@ -236,8 +260,14 @@ fn offset(position: u64, text: &str) -> usize {
 
 /// Cuts a range at the end of its first line, where a finding can still underline it.
 fn first_line(text: &str, start: usize, end: usize) -> usize {
-    let (start, end) = (text.floor_char_boundary(start), text.floor_char_boundary(end.min(text.len())));
-    match text.get(start..end).and_then(|piece| piece.find(['\r', '\n'])) {
+    let (start, end) = (
+        text.floor_char_boundary(start),
+        text.floor_char_boundary(end.min(text.len())),
+    );
+    match text
+        .get(start..end)
+        .and_then(|piece| piece.find(['\r', '\n']))
+    {
         Some(length) if length > 0 => start + length,
         _ => end,
     }

@@ -5,7 +5,7 @@
 
 mod locate;
 
-use crate::diagnostic::{Finding, Source};
+use crate::diagnostic::{Finding, Place, Source};
 use crate::span::{Span, Text};
 
 use locate::Locator;
@@ -43,16 +43,47 @@ pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
 }
 
 fn malformed(source: &Source, error: &serde_yaml::Error) -> Box<Finding> {
-    let place = error
-        .location()
-        .map(|at| source.place_at(at.line(), at.column()));
     let message = error.to_string();
+    let place = error.location().map(|at| {
+        duplicate_key(&message)
+            .and_then(|key| second_key(source, key, at.line(), at.column()))
+            .unwrap_or_else(|| source.place_at(at.line(), at.column()))
+    });
     // The place is shown by the finding; said twice it only blurs the message.
     let message = match message.split_once(" at line ") {
         Some((what, _)) => what.to_owned(),
         None => message,
     };
     Box::new(Finding::error("malformed-yaml", message).at(place))
+}
+
+fn duplicate_key(message: &str) -> Option<&str> {
+    let (_, key) = message.split_once("duplicate entry with key \"")?;
+    key.split('"').next()
+}
+
+/// The parser names the start of the mapping; the mistake is where its key stands for the second time.
+fn second_key(source: &Source, key: &str, line: usize, column: usize) -> Option<Place> {
+    let is_key = |text: &str| {
+        let indent: usize = text
+            .char_indices()
+            .nth(column.checked_sub(1)?)
+            .map(|(at, _)| at)?;
+        let (before, rest) = text.split_at(indent);
+        let blank = before.chars().all(|c| c == ' ' || c == '-');
+        let rest = rest.trim_start_matches(['"', '\'']).strip_prefix(key)?;
+        let colon = rest.trim_start_matches(['"', '\'', ' ']).starts_with(':');
+        (blank && colon).then_some(())
+    };
+    let lines = source
+        .text()
+        .lines()
+        .enumerate()
+        .skip(line.saturating_sub(1));
+    let (index, _) = lines.filter(|(_, text)| is_key(text).is_some()).nth(1)?;
+    let mut place = source.place_at(index + 1, column);
+    place.length = key.chars().count().max(1);
+    Some(place)
 }
 
 impl Node {
@@ -137,8 +168,8 @@ mod tests {
             let place = finding.place.unwrap();
             format!("{}:{} {}", place.line, place.column, finding.message)
         };
-        insta::assert_snapshot!(fault("a: 1\na: 2\n"), @"");
-        insta::assert_snapshot!(fault("a: [1,\nb: }"), @"");
+        insta::assert_snapshot!(fault("b:\n  - a: 1\n    c: 0\n    a: 2\n"), @r#"4:5 b[0]: duplicate entry with key "a""#);
+        insta::assert_snapshot!(fault("a: [1,\nb: }"), @"2:4 did not find expected node content");
     }
 
     #[test]

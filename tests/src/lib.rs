@@ -39,13 +39,21 @@ impl Default for Stack {
 impl Stack {
     /// An empty home; nothing is started yet.
     pub fn new() -> Self {
-        let folder = tempfile::Builder::new().prefix("rts").tempdir_in("/tmp").expect("a folder in /tmp");
-        Self { folder, modules: None }
+        let folder = tempfile::Builder::new()
+            .prefix("rts")
+            .tempdir_in("/tmp")
+            .expect("a folder in /tmp");
+        Self {
+            folder,
+            modules: None,
+        }
     }
 
     /// A home whose agent looks for modules in `modules` first, then beside the programs.
     pub fn with_modules(modules: &Path) -> Self {
-        Self { modules: Some(modules.to_owned()), ..Self::new() }
+        let mut stack = Self::new();
+        stack.modules = Some(modules.to_owned());
+        stack
     }
 
     /// The `RTSCTL_HOME`.
@@ -63,10 +71,17 @@ impl Stack {
     /// `rtsctl` with these arguments, in the folder of the workspace.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(program("rtsctl"));
-        command.args(arguments).current_dir(root()).stdin(Stdio::null());
-        command.env("RTSCTL_HOME", self.home()).env("NO_COLOR", "1").env("TERM", "dumb");
+        command
+            .args(arguments)
+            .current_dir(root())
+            .stdin(Stdio::null());
+        command
+            .env("RTSCTL_HOME", self.home())
+            .env("NO_COLOR", "1")
+            .env("TERM", "dumb");
         if let Some(modules) = &self.modules {
-            let paths = std::env::join_paths([modules.clone(), programs()]).expect("paths without colons");
+            let paths =
+                std::env::join_paths([modules.clone(), programs()]).expect("paths without colons");
             command.env("RTSCTL_MODULE_PATH", paths);
         }
         command
@@ -101,7 +116,9 @@ impl Stack {
     pub fn named(&self, kind: &str, name: &str) -> Value {
         let items = self.get(kind);
         let found = items.iter().find(|item| item["metadata"]["name"] == name);
-        found.unwrap_or_else(|| panic!("no {name} among {items:#?}")).clone()
+        found
+            .unwrap_or_else(|| panic!("no {name} among {items:#?}"))
+            .clone()
     }
 
     /// Asks until `done` is content with the objects of a kind, at most 10 s.
@@ -113,7 +130,10 @@ impl Stack {
             if done(&items) {
                 return items;
             }
-            assert!(Instant::now() < deadline, "after 10 s still not: {what}; {kind} are {items:#?}");
+            assert!(
+                Instant::now() < deadline,
+                "after 10 s still not: {what}; {kind} are {items:#?}"
+            );
             std::thread::sleep(Duration::from_millis(50));
         }
     }
@@ -122,7 +142,11 @@ impl Stack {
     #[track_caller]
     pub fn leaves_nothing(&self) {
         self.expect(0, &["down", "--purge", "--yes"]);
-        assert!(!self.home().exists(), "{} is still there", self.home().display());
+        assert!(
+            !self.home().exists(),
+            "{} is still there",
+            self.home().display()
+        );
         let left = processes_of(&self.home());
         assert!(left.is_empty(), "processes are left: {left:?}");
     }
@@ -146,15 +170,24 @@ impl Said {
         let programs = programs().display().to_string();
         let tidy = |bytes: &[u8]| {
             let text = String::from_utf8_lossy(bytes);
-            text.replace(&home, "$HOME").replace(&folder, "$FOLDER").replace(&programs, "$TARGET")
+            text.replace(&home, "$HOME")
+                .replace(&folder, "$FOLDER")
+                .replace(&programs, "$TARGET")
         };
-        Self { code: output.status.code().unwrap_or(-1), out: tidy(&output.stdout), err: tidy(&output.stderr) }
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            out: tidy(&output.stdout),
+            err: tidy(&output.stderr),
+        }
     }
 }
 
 /// The folder of the workspace.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the crate lies in the workspace").to_owned()
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the crate lies in the workspace")
+        .to_owned()
 }
 
 /// The folder of the built programs and modules: two above the test program.
@@ -169,6 +202,10 @@ pub fn programs() -> PathBuf {
 /// When it is not built; the message names the command.
 pub fn program(name: &str) -> PathBuf {
     let path = programs().join(name);
-    assert!(path.is_file(), "{} is missing: run `cargo build --workspace` first", path.display());
+    assert!(
+        path.is_file(),
+        "{} is missing: run `cargo build --workspace` first",
+        path.display()
+    );
     path
 }

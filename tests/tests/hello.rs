@@ -9,17 +9,30 @@ const HELLO: &str = "manifests/hello/system.xml";
 const CHANGED: &str = "manifests/hello/changed.xml";
 
 fn pid(stack: &Stack, component: &str) -> u64 {
-    stack.named("components", component)["status"]["pid"].as_u64().expect("a pid")
+    stack.named("components", component)["status"]["pid"]
+        .as_u64()
+        .expect("a pid")
 }
 
 fn incarnations(stack: &Stack) -> Vec<(String, String)> {
     let text = |v: &Value| v.as_str().expect("text").to_owned();
     let items = stack.get("components");
-    items.iter().map(|c| (text(&c["metadata"]["name"]), text(&c["status"]["incarnation"]))).collect()
+    items
+        .iter()
+        .map(|c| {
+            (
+                text(&c["metadata"]["name"]),
+                text(&c["status"]["incarnation"]),
+            )
+        })
+        .collect()
 }
 
 fn flowing(connectors: &[Value]) -> bool {
-    connectors.len() == 2 && connectors.iter().all(|c| c["status"]["samplesReceived"].as_u64() >= Some(3))
+    connectors.len() == 2
+        && connectors
+            .iter()
+            .all(|c| c["status"]["samplesReceived"].as_u64() >= Some(3))
 }
 
 #[test]
@@ -27,7 +40,10 @@ fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
     let stack = Stack::new();
     stack.expect(0, &["up"]);
     let said = stack.expect(0, &["apply", HELLO]);
-    assert!(said.err.contains("converged") || said.out.contains("converged"), "{said:#?}");
+    assert!(
+        said.err.contains("converged") || said.out.contains("converged"),
+        "{said:#?}"
+    );
 
     let components = stack.get("components");
     assert_eq!(components.len(), 3);
@@ -37,13 +53,24 @@ fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
         assert_eq!(component["status"]["restarts"], 0);
         assert_eq!(component["spec"]["system"], "hello");
     }
-    assert_eq!(pid(&stack, "Sine0"), pid(&stack, "Filter0"), "one manager, one process");
-    assert_ne!(pid(&stack, "Sine0"), pid(&stack, "Printer0"), "isolated: a process of its own");
+    assert_eq!(
+        pid(&stack, "Sine0"),
+        pid(&stack, "Filter0"),
+        "one manager, one process"
+    );
+    assert_ne!(
+        pid(&stack, "Sine0"),
+        pid(&stack, "Printer0"),
+        "isolated: a process of its own"
+    );
 
     let connectors = stack.until("connectors", "samples arrive on both connectors", flowing);
     for connector in connectors {
         assert_eq!(connector["status"]["state"], "Connected");
-        assert!(connector["status"]["samplesReceived"].as_u64() <= connector["status"]["samplesSent"].as_u64());
+        assert!(
+            connector["status"]["samplesReceived"].as_u64()
+                <= connector["status"]["samplesSent"].as_u64()
+        );
     }
     let transport = |name: &str| stack.named("connectors", name)["status"]["transport"].clone();
     assert_eq!(transport("Sine0.out-Filter0.in"), "direct");
@@ -86,27 +113,41 @@ fn diff_says_what_changes_and_apply_does_just_that() {
     let before = incarnations(&stack);
     let said = stack.expect(1, &["diff", CHANGED]);
     for word in ["Filter0", "gain", "Printer0", "hello.Printer0", "Plan:"] {
-        assert!(said.out.contains(word), "diff says nothing of {word}: {said:#?}");
+        assert!(
+            said.out.contains(word),
+            "diff says nothing of {word}: {said:#?}"
+        );
     }
     assert_eq!(incarnations(&stack), before, "diff changes nothing");
     let plan = stack.expect(1, &["diff", CHANGED, "-o", "json"]);
     let plan: Value = serde_json::from_str(&plan.out).expect("JSON");
     assert!(plan["changes"].as_array().is_some_and(|c| !c.is_empty()));
-    assert!(plan["steps"].as_array().is_some_and(|c| c.iter().all(|s| s["kind"].is_string() && s["needs"].is_array())));
+    assert!(plan["steps"].as_array().is_some_and(|c| {
+        c.iter()
+            .all(|s| s["kind"].is_string() && s["needs"].is_array())
+    }));
     assert!(plan["restarts"].as_array().is_some_and(|c| !c.is_empty()));
 
     let sine = pid(&stack, "Sine0");
     stack.expect(0, &["apply", CHANGED]);
     let same = |name: &str| {
-        let at = |list: &[(String, String)]| list.iter().find(|(n, _)| n == name).map(|(_, i)| i.clone());
+        let at = |list: &[(String, String)]| {
+            list.iter().find(|(n, _)| n == name).map(|(_, i)| i.clone())
+        };
         at(&before) == at(&incarnations(&stack))
     };
-    assert!(same("Sine0") && same("Filter0"), "values and rates are set in place");
+    assert!(
+        same("Sine0") && same("Filter0"),
+        "values and rates are set in place"
+    );
     assert!(!same("Printer0"), "a moved component is made again");
     assert_eq!(pid(&stack, "Sine0"), sine);
     assert_eq!(pid(&stack, "Printer0"), sine, "it moved into main");
     let filter = stack.named("components", "Filter0");
-    assert_eq!(filter["status"]["configuration"]["sets"]["default"]["gain"], "2.0");
+    assert_eq!(
+        filter["status"]["configuration"]["sets"]["default"]["gain"],
+        "2.0"
+    );
     assert_eq!(stack.named("components", "Sine0")["status"]["rate"], 200.0);
     assert_eq!(stack.get("managers").len(), 1);
     stack.expect(0, &["diff", CHANGED]);
@@ -121,16 +162,30 @@ fn a_killed_manager_comes_back_and_nothing_else_is_touched() {
     let sine = pid(&stack, "Sine0");
     let printer = pid(&stack, "Printer0");
     rts_tests::kill(printer.try_into().expect("a pid"));
-    stack.until("components", "Printer0 is Active again in a new process", |components| {
-        let state = |c: &Value| c["status"]["state"] == "Active" && c["status"]["pid"].as_u64() != Some(printer);
-        components.iter().any(|c| c["metadata"]["name"] == "Printer0" && state(c))
-    });
+    stack.until(
+        "components",
+        "Printer0 is Active again in a new process",
+        |components| {
+            let state = |c: &Value| {
+                c["status"]["state"] == "Active" && c["status"]["pid"].as_u64() != Some(printer)
+            };
+            components
+                .iter()
+                .any(|c| c["metadata"]["name"] == "Printer0" && state(c))
+        },
+    );
     stack.until("connectors", "samples arrive again", flowing);
     assert_eq!(pid(&stack, "Sine0"), sine);
-    assert_eq!(stack.named("components", "Printer0")["status"]["restarts"], 1);
+    assert_eq!(
+        stack.named("components", "Printer0")["status"]["restarts"],
+        1
+    );
     assert_eq!(stack.named("components", "Sine0")["status"]["restarts"], 0);
     let events = stack.get("events");
-    assert!(events.iter().any(|e| e["spec"]["reason"] == "ManagerDied"), "{events:#?}");
+    assert!(
+        events.iter().any(|e| e["spec"]["reason"] == "ManagerDied"),
+        "{events:#?}"
+    );
     stack.leaves_nothing();
 }
 
@@ -141,7 +196,11 @@ fn two_stacks_run_side_by_side() {
     two.expect(0, &["apply", HELLO]);
     one.expect(0, &["teardown", "hello", "--yes"]);
     assert_eq!(two.get("components").len(), 3);
-    assert!(two.get("components").iter().all(|c| c["status"]["state"] == "Active"));
+    assert!(
+        two.get("components")
+            .iter()
+            .all(|c| c["status"]["state"] == "Active")
+    );
     one.leaves_nothing();
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(two.get("components").len(), 3);

@@ -11,7 +11,12 @@ fn refused(file: &str) -> String {
     let stack = Stack::new();
     stack.expect(0, &["apply", HELLO]);
     let running = |stack: &Stack| -> Vec<(Value, Value)> {
-        let key = |c: &Value| (c["metadata"]["name"].clone(), c["status"]["incarnation"].clone());
+        let key = |c: &Value| {
+            (
+                c["metadata"]["name"].clone(),
+                c["status"]["incarnation"].clone(),
+            )
+        };
         stack.get("components").iter().map(key).collect()
     };
     let before = running(&stack);
@@ -62,21 +67,35 @@ fn pair(type_name: &str, parameters: &str) -> String {
 #[track_caller]
 fn blocked(stack: &Stack, file: &std::path::Path) -> (String, String) {
     let said = stack.expect(5, &["apply", &file.to_string_lossy()]);
-    assert_eq!(stack.named("components", "Good0")["status"]["state"], "Active", "the rest comes up");
+    assert_eq!(
+        stack.named("components", "Good0")["status"]["state"],
+        "Active",
+        "the rest comes up"
+    );
     let bad = stack.named("components", "Bad0");
     assert_ne!(bad["status"]["state"], "Active");
-    let reason = bad["status"]["waitingOn"].as_str().unwrap_or_default().to_owned();
+    let reason = bad["status"]["waitingOn"]
+        .as_str()
+        .unwrap_or_default()
+        .to_owned();
     (said.err, reason)
 }
 
 #[test]
 fn a_module_that_fails_at_dlopen_blocks_its_component() {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("libgarbage.so"), "this is no shared library").expect("a file");
+    std::fs::write(
+        folder.path().join("libgarbage.so"),
+        "this is no shared library",
+    )
+    .expect("a file");
     let stack = Stack::with_modules(folder.path());
     let file = stack.write("pair.xml", pair("Garbage", ""));
     let (err, reason) = blocked(&stack, &file);
-    assert!(err.contains("libgarbage.so") && err.contains("Bad0"), "{err}");
+    assert!(
+        err.contains("libgarbage.so") && err.contains("Bad0"),
+        "{err}"
+    );
     assert!(reason.contains("libgarbage.so"), "{reason}");
     stack.leaves_nothing();
 }
@@ -87,7 +106,10 @@ fn a_module_that_fails_at_init_blocks_its_component() {
     let mode = r#"<rts:ConfigurationData rts:name="mode" rts:data="fail_initialize"/>"#;
     let file = stack.write("pair.xml", pair("Faulty", mode));
     let (err, reason) = blocked(&stack, &file);
-    assert!(err.contains("Bad0") && err.contains("on_initialize"), "{err}");
+    assert!(
+        err.contains("Bad0") && err.contains("on_initialize"),
+        "{err}"
+    );
     assert!(reason.contains("on_initialize"), "{reason}");
     // Mended, it comes up.
     let file = stack.write("pair.xml", pair("Faulty", ""));

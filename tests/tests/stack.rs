@@ -12,7 +12,12 @@ const HELLO: &str = "manifests/hello/system.xml";
 fn ten_applies_at_once_start_one_controller() {
     let stack = Stack::new();
     let spawn = |_| -> Child {
-        stack.command(&["apply", HELLO]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("rtsctl starts")
+        stack
+            .command(&["apply", HELLO])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("rtsctl starts")
     };
     let applies: Vec<Child> = (0..10).map(spawn).collect();
     let mut starters = 0;
@@ -25,8 +30,11 @@ fn ten_applies_at_once_start_one_controller() {
     assert_eq!(starters, 1, "one of them starts the stack and says so");
     let named = |name: &str| {
         let pids = processes_of(&stack.home());
-        let name_of = |pid: &u32| std::fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
-        pids.iter().filter(|pid| name_of(pid).trim() == name).count()
+        let name_of =
+            |pid: &u32| std::fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
+        pids.iter()
+            .filter(|pid| name_of(pid).trim() == name)
+            .count()
     };
     assert_eq!(named("rts-controller"), 1);
     assert_eq!(named("rts-agent"), 1);
@@ -46,15 +54,23 @@ fn everything_lies_under_the_home_and_is_private() {
     });
     assert_eq!(sockets, 4, "controller, agent, two managers");
     stack.expect(2, &["down"]);
-    assert_eq!(stack.get("components").len(), 3, "down without --yes touches nothing while a system runs");
+    assert_eq!(
+        stack.get("components").len(),
+        3,
+        "down without --yes touches nothing while a system runs"
+    );
     stack.expect(0, &["down", "--yes"]);
     assert!(!stack.home().join("run").exists());
     assert!(stack.home().join("state").exists(), "state outlives down");
     assert!(processes_of(&stack.home()).is_empty());
     stack.expect(0, &["up"]);
-    stack.until("components", "the system of the kept state runs again", |components| {
-        components.len() == 3 && components.iter().all(|c| c["status"]["state"] == "Active")
-    });
+    stack.until(
+        "components",
+        "the system of the kept state runs again",
+        |components| {
+            components.len() == 3 && components.iter().all(|c| c["status"]["state"] == "Active")
+        },
+    );
     stack.leaves_nothing();
 }
 
@@ -92,7 +108,11 @@ fn daemons_that_were_killed_are_started_again_and_disturb_nothing() {
     let stack = Stack::new();
     stack.expect(0, &["apply", HELLO]);
     let incarnations = |stack: &Stack| -> Vec<String> {
-        stack.get("components").iter().map(|c| c["status"]["incarnation"].to_string()).collect()
+        stack
+            .get("components")
+            .iter()
+            .map(|c| c["status"]["incarnation"].to_string())
+            .collect()
     };
     let before = incarnations(&stack);
     for pid in processes_of(&stack.home()) {

@@ -1,1 +1,50 @@
-//! placeholder
+//! The manager: the process that loads modules and holds components.
+//!
+//! It does what its control connections say ([`requests`]) and decides nothing. Each component has one thread, its
+//! execution context ([`component`]), which alone calls into the module; everything else talks to that thread over a
+//! bounded channel with a deadline, so that a component that hangs stops nobody but itself. Samples flow through
+//! [`data`] without passing the control side.
+
+mod args;
+mod component;
+mod connection;
+mod data;
+mod events;
+mod failure;
+mod log;
+mod manager;
+mod module;
+mod net;
+mod pool;
+mod requests;
+mod run_dir;
+mod server;
+mod slots;
+mod sync;
+mod text;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Runs a manager until it is told to end. `args` come without the program's name. Exit code 2 is wrong usage, 1 a
+/// manager that cannot start.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let settings = match args::parse(args) {
+        Ok(args::Parsed::Run(settings)) => settings,
+        Ok(args::Parsed::Print(text)) => {
+            log::print(&text);
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            log::error(format_args!("{error} (see --help)"));
+            return ExitCode::from(2);
+        }
+    };
+    match server::run(settings) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            log::error(format_args!("{error}"));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -97,13 +97,13 @@ pub struct Module {
     pub parameters: *const Parameter,
     /// Number of parameters.
     pub parameters_len: usize,
-    /// Makes an instance. `host` lives as long as the instance. Returns [`ReturnCode`]; `instance` is set on OK only.
+    /// Makes an instance. `host` lives as long as the instance. Returns [`return_code`]; `instance` is set on OK only.
     pub create: unsafe extern "C" fn(host: *const Host, instance: *mut *mut c_void) -> i32,
     /// Frees an instance.
     pub destroy: unsafe extern "C" fn(instance: *mut c_void),
-    /// Calls one of [`Callback`]. Returns [`ReturnCode`].
+    /// Calls one of [`callback`]. Returns [`return_code`].
     pub callback: unsafe extern "C" fn(instance: *mut c_void, callback: u32) -> i32,
-    /// Sets a parameter of the active set. Returns [`ReturnCode`]: `BAD_PARAMETER` when the value cannot be read.
+    /// Sets a parameter of the active set. Returns [`return_code`]: `BAD_PARAMETER` when the value cannot be read.
     pub configure: unsafe extern "C" fn(instance: *mut c_void, name: Text, value: Text) -> i32,
 }
 

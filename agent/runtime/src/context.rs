@@ -119,7 +119,8 @@ impl<'h> Context<'h> {
             )));
         }
         let value = decode(bytes).map_err(|error| {
-            RtcError::bad_parameter(format_args!("the sample is no {type_id}: {error}"))
+            let reason = RtcError::from(error);
+            RtcError::bad_parameter(reason.context(format_args!("the sample is no {type_id}")))
         })?;
         Ok(Some(value))
     }

@@ -87,8 +87,7 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
         return return_code::UNSUPPORTED;
     }
     // SAFETY: it is a host of this version.
-    let ctx = Context::new(unsafe { &*host });
-    let made = guard(&ctx, || {
+    let made = guard(unsafe { &*host }, |_| {
         let mut declaration = Declaration::default();
         let component = C::declare(&mut declaration);
         if let Some(problem) = declaration.problem() {
@@ -138,19 +137,14 @@ pub(crate) unsafe extern "C" fn callback<C: Component>(
     if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
-    let instance = unsafe { &mut *instance.cast::<Instance<C>>() };
-    // SAFETY: the host lives as long as the instance.
-    let ctx = Context::new(unsafe { &*instance.host });
-    code(guard(&ctx, || {
-        dispatch(
-            &mut instance.component,
-            callback,
-            &mut Context::new(unsafe {
-                // SAFETY: as above.
-                &*instance.host
-            }),
-        )
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
+    let (instance, host) = unsafe {
+        let instance = &mut *instance.cast::<Instance<C>>();
+        let host = &*instance.host;
+        (instance, host)
+    };
+    code(guard(host, |ctx| {
+        dispatch(&mut instance.component, callback, ctx)
     }))
 }
 
@@ -173,7 +167,7 @@ pub(crate) unsafe extern "C" fn configure<C: Component>(
     };
     // SAFETY: the manager lends both texts for the time of the call.
     let (name, value) = unsafe { (text::read(name), text::read(value)) };
-    code(guard(&Context::new(host), || {
+    code(guard(host, |_| {
         instance
             .declaration
             .assign(&name, &value)
@@ -207,8 +201,9 @@ fn code(result: Result<(), i32>) -> i32 {
 }
 
 /// Runs what the author wrote; an error or a panic becomes a reason for the manager and a return code.
-fn guard<T>(ctx: &Context<'_>, run: impl FnOnce() -> RtcResult<T>) -> Result<T, i32> {
-    match catch(run) {
+fn guard<T>(host: &Host, run: impl FnOnce(&mut Context<'_>) -> RtcResult<T>) -> Result<T, i32> {
+    let mut ctx = Context::new(host);
+    match catch(|| run(&mut ctx)) {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => {
             ctx.fail(error.reason());
@@ -225,9 +220,9 @@ fn guard<T>(ctx: &Context<'_>, run: impl FnOnce() -> RtcResult<T>) -> Result<T, 
 ///
 /// What a panic leaves behind in the component is the component's to judge: it goes to Error, and `on_reset` decides.
 pub(crate) fn catch<T>(run: impl FnOnce() -> T) -> Result<T, String> {
-    LAST_PANIC.with_borrow_mut(Option::take);
+    LAST_PANIC.take();
     panic::catch_unwind(AssertUnwindSafe(run)).map_err(|payload| {
-        let place = LAST_PANIC.with_borrow_mut(Option::take);
+        let place = LAST_PANIC.take();
         let message = message(payload);
         match place {
             Some(place) => format!("panicked at {place}: {message}"),
@@ -260,7 +255,8 @@ fn remember_panics() {
         let before = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
             let place = info.location().map(ToString::to_string);
-            LAST_PANIC.with_borrow_mut(|last| *last = place);
+            // Not at the end of a thread, where the cell is gone: a panic in a hook would abort.
+            let _ = LAST_PANIC.try_with(|last| last.replace(place));
             before(info);
         }));
     });

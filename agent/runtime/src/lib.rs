@@ -38,7 +38,6 @@
 //!         Ok(())
 //!     }
 //! }
-//! # fn main() {}
 //! rts_runtime::export!(Gain);
 //! ```
 
@@ -61,3 +60,8 @@ pub use context::{Context, Level};
 pub use descriptor::Declaration;
 pub use error::{ReturnCode, RtcError, RtcResult};
 pub use ports::{InPort, OutPort};
+
+/// Keeps the guide's first example compiling.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/components.md")]
+struct Guide;

@@ -2,7 +2,29 @@
 //!
 //! Pure, synchronous and deterministic: no clock, no file, no network. The controller plans roll-outs with it; an
 //! agent heals its own node with the same code.
+//!
+//! From outside: [`place`](place::place) settles where everything goes, [`check_orders`](check::check_orders) refuses
+//! orders that can never be obeyed, [`plan`](planner::plan) plans, [`render`](render::render) shows a plan to people.
 
+pub mod check;
 pub mod desired;
 pub mod observed;
+pub mod place;
 pub mod plan;
+pub mod planner;
+pub mod render;
+pub mod target;
+
+mod bring_up;
+mod decide;
+mod diff;
+mod graph;
+mod index;
+mod links;
+mod order;
+mod take_down;
+
+pub use check::check_orders;
+pub use place::{NodeFacts, PlaceError, Placed, StoredSystem, digest, place};
+pub use planner::plan;
+pub use render::{render, summary};

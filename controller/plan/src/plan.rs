@@ -124,7 +124,8 @@ pub struct Step {
     pub system: Option<SystemRef>,
     /// Steps that must have succeeded before it starts.
     pub needs: Vec<StepId>,
-    /// Steps that must have *started* before it starts (`ASYNC`).
+    /// Steps that must have *started* before it starts (`ASYNC`, and preferences). One that failed or was skipped holds
+    /// nothing up.
     #[serde(default)]
     pub after_start_of: Vec<StepId>,
     /// Milliseconds to sleep after its needs are met (`WaitTime`).

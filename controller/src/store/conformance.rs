@@ -16,7 +16,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
             connectors: Vec::new(),
             orders: Orders::default(),
         },
-        digests: [("A0".to_owned(), "d".to_owned())].into(),
+        digests: [("A".to_owned(), "d".to_owned())].into(),
         nodes: ["local".to_owned()].into(),
         created: Timestamp::UNIX_EPOCH,
         deleted: None,

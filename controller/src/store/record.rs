@@ -16,7 +16,7 @@ pub struct SystemRecord {
     pub generation: u64,
     /// What was applied.
     pub spec: SystemSpec,
-    /// SHA-256 of each component's module file when it was applied, by instance name.
+    /// SHA-256 of each type's module file when it was applied, by type name.
     #[serde(default)]
     pub digests: BTreeMap<String, String>,
     /// Nodes that it ever ran on; a teardown needs the word of each.

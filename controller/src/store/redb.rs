@@ -4,6 +4,7 @@ use std::fs::OpenOptions;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
+use redb::backends::FileBackend;
 use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -45,7 +46,7 @@ impl RedbStore {
         // The file may have been damaged by others: that must be an error, not a panic.
         let database = Database::builder()
             .set_check_integrity_on_open(true)
-            .create_file(file)
+            .create_with_backend(FileBackend::new(file).map_err(|e| failed(e.into()))?)
             .map_err(|e| failed(e.into()))?;
         let store = Self {
             path: path.to_owned(),

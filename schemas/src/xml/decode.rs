@@ -7,7 +7,7 @@ use encoding_rs::{Encoding, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE};
 use crate::diagnostic::{Finding, Source};
 
 /// Largest file that is read, in bytes. The largest known profile has 90 kB.
-pub const SIZE_LIMIT: usize = 16 << 20;
+pub const SIZE_LIMIT: usize = 4 << 20;
 
 /// A text and how it was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,10 +24,15 @@ pub struct Decoded {
 ///
 /// # Errors
 /// `too-large`, or `bad-encoding` with the place of the first byte that means nothing.
-pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, Finding> {
+pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, Box<Finding>> {
     if bytes.len() > SIZE_LIMIT {
-        let message = format!("{name} has {} bytes; at most {SIZE_LIMIT} are read", bytes.len());
-        return Err(Finding::error("too-large", message).help("is this the right file?"));
+        let message = format!(
+            "{name} has {} bytes; at most {SIZE_LIMIT} are read",
+            bytes.len()
+        );
+        return Err(Box::new(
+            Finding::error("too-large", message).help("is this the right file?"),
+        ));
     }
     if let Some((encoding, mark)) = Encoding::for_bom(bytes) {
         return strict(encoding, &bytes[mark..])
@@ -38,9 +43,12 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, Finding> {
         let label = label.unwrap_or_default();
         return fallback(bytes)
             .map(|mut decoded| {
-                let message =
-                    format!("{name} declares the unknown encoding `{label}`; it was read as {}", decoded.encoding);
-                decoded.warning = Some(Finding::warning("encoding-mismatch", message).help(SAVE_AS_UTF_8));
+                let message = format!(
+                    "{name} declares the unknown encoding `{label}`; it was read as {}",
+                    decoded.encoding
+                );
+                decoded.warning =
+                    Some(Finding::warning("encoding-mismatch", message).help(SAVE_AS_UTF_8));
                 decoded
             })
             .ok_or_else(|| undecodable(name, bytes, &label));
@@ -103,14 +111,16 @@ fn declared_label(bytes: &[u8]) -> Option<String> {
     let (_, rest) = declaration.split_once("encoding")?;
     let rest = rest.trim_start().strip_prefix('=')?.trim_start();
     let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
-    rest[1..].split_once(quote).map(|(label, _)| label.to_owned())
+    rest[1..]
+        .split_once(quote)
+        .map(|(label, _)| label.to_owned())
 }
 
-fn undecodable(name: &str, bytes: &[u8], encoding: &str) -> Finding {
+fn undecodable(name: &str, bytes: &[u8], encoding: &str) -> Box<Finding> {
     let valid = String::from_utf8_lossy(bytes);
     let at = valid.find(char::REPLACEMENT_CHARACTER).unwrap_or(0);
     let place = Source::new(name, valid.as_ref()).place(at, at + 3);
-    Finding::error("bad-encoding", format!("this is not {encoding} text"))
-        .at(Some(place))
-        .help(SAVE_AS_UTF_8)
+    let finding =
+        Finding::error("bad-encoding", format!("this is not {encoding} text")).at(Some(place));
+    Box::new(finding.help(SAVE_AS_UTF_8))
 }

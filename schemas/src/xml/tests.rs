@@ -13,7 +13,10 @@ fn error(text: &str) -> (String, String) {
 fn tree_has_namespaces_places_and_comments() {
     let text = "<?xml version=\"1.0\"?>\n<a:r xmlns:a='urn:a' a:k=\"v &amp; w\"><!--c--><b>x&#65;&lt;</b></a:r>\n";
     let root = parse(text).unwrap();
-    assert_eq!((root.namespace.as_str(), root.local.as_str()), ("urn:a", "r"));
+    assert_eq!(
+        (root.namespace.as_str(), root.local.as_str()),
+        ("urn:a", "r")
+    );
     let k = root.attribute(&["urn:a"], "k").unwrap();
     assert_eq!(k.value, "v & w");
     assert_eq!(&text[k.span.start..k.span.end], "v &amp; w");
@@ -48,7 +51,10 @@ fn dtd_and_depth_are_refused() {
 
 #[test]
 fn encodings() {
-    let cp932 = encoding_rs::SHIFT_JIS.encode("<a k='日本語①'/>").0.into_owned();
+    let cp932 = encoding_rs::SHIFT_JIS
+        .encode("<a k='日本語①'/>")
+        .0
+        .into_owned();
     let as_declared = |label: &str| {
         let mut bytes = format!("<?xml version='1.0' encoding='{label}'?>").into_bytes();
         bytes.extend(&cp932);
@@ -61,7 +67,13 @@ fn encodings() {
     assert_eq!(decoded.warning.unwrap().code, "encoding-mismatch");
     let decoded = as_declared("x-klingon").unwrap();
     assert_eq!(decoded.warning.unwrap().code, "encoding-mismatch");
-    let utf16: Vec<u8> = "\u{feff}<a/>".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let utf16: Vec<u8> = "\u{feff}<a/>"
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
     assert_eq!(decode("t.xml", &utf16).unwrap().text, "<a/>");
-    assert_eq!(decode("t.xml", b"<a>\xff\xff</a>").unwrap_err().code, "bad-encoding");
+    assert_eq!(
+        decode("t.xml", b"<a>\xff\xff</a>").unwrap_err().code,
+        "bad-encoding"
+    );
 }

@@ -28,12 +28,12 @@ impl<'a> Locator<'a> {
             Parsed::Bool(_) | Parsed::Number(_) => self.plain(parsed),
             Parsed::String(text) => self.string(text),
             Parsed::Sequence(items) => {
-                let start = self.next_token();
+                let start = self.opening();
                 let items = items.iter().map(|item| self.node(item)).collect();
                 self.leaf(Value::Sequence(items), start, self.token_end(start))
             }
             Parsed::Mapping(entries) => {
-                let start = self.next_token();
+                let start = self.opening();
                 let entries = entries
                     .iter()
                     .map(|(key, value)| (self.key(key), self.node(value)))
@@ -116,7 +116,9 @@ impl<'a> Locator<'a> {
     fn find_key(&self, name: &str) -> Option<usize> {
         // A key that was written differently (escapes) must not make the search quadratic.
         const REACH: usize = 64 * 1024;
-        let end = self.text.floor_char_boundary((self.at + REACH).min(self.text.len()));
+        let end = self
+            .text
+            .floor_char_boundary((self.at + REACH).min(self.text.len()));
         let window = self.text.get(self.at..end)?;
         window
             .match_indices(name)
@@ -136,11 +138,24 @@ impl<'a> Locator<'a> {
         before.starts_with('#') || before.contains(" #") || before.contains("\t#")
     }
 
+    /// Start of a list or mapping: its bracket if it has one.
+    fn opening(&mut self) -> usize {
+        let start = self.next_token_but(&[' ', '\t', '\r', '\n', ',', '}', ']']);
+        if self.text[start..].starts_with(['[', '{']) {
+            self.at = start + 1;
+        }
+        start
+    }
+
     /// Start of the next token: blanks, list dashes, opening brackets, commas and comments are skipped.
     fn next_token(&mut self) -> usize {
+        self.next_token_but(&[' ', '\t', '\r', '\n', '[', '{', ',', '}', ']'])
+    }
+
+    fn next_token_but(&mut self, skipped: &[char]) -> usize {
         loop {
             let rest = &self.text[self.at..];
-            let trimmed = rest.trim_start_matches([' ', '\t', '\r', '\n', '[', '{', ',', '}', ']']);
+            let trimmed = rest.trim_start_matches(skipped);
             self.at += rest.len() - trimmed.len();
             if trimmed.starts_with('#') {
                 self.at = self.line_end(self.at);

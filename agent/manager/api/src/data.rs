@@ -1,8 +1,8 @@
 //! Messages of a data connection: the out-port end dials the control socket of the in-port's manager.
 //!
 //! After [`DataHello`] and [`DataReply`] (JSON frames), samples follow: u32 length in network order, counting what
-//! follows; u64 sequence number in network order; the payload in the agreed encoding. The in-port end sends back
-//! u64 counts of samples read, in network order, at most ten a second.
+//! follows; u64 sequence number in network order, from 1 with each connection; the payload in the agreed encoding. The
+//! in-port end sends nothing more: what was read is in its manager's inventory.
 
 use serde::{Deserialize, Serialize};
 

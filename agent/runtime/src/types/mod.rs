@@ -61,11 +61,12 @@ pub enum DataError {
         /// Type.
         type_id: &'static str,
         /// Why.
+        #[source]
         source: cdr_encoding::Error,
     },
     /// The bytes are no value of the type.
-    #[error("{0}")]
-    Decode(cdr_encoding::Error),
+    #[error("the bytes cannot be decoded")]
+    Decode(#[source] cdr_encoding::Error),
     /// A value, and then more.
     #[error("{0} bytes are left over")]
     Trailing(usize),

@@ -1,0 +1,260 @@
+//! A module for the tests of this crate, written against the bare C ABI so that it can misbehave.
+//!
+//! Each `on_execute` reads all samples of `in`, which must be rising numbers, and writes `produce` numbers to `out`.
+//! Parameters: `fail` names a callback that returns an error with the reason `reason`; `hang` names one that takes
+//! `hang_ms` milliseconds. `code` is refused unless it is a number: it is the return code of failures.
+
+#![allow(unsafe_code)]
+
+use std::ffi::c_void;
+use std::time::Duration;
+
+use rts_runtime::abi::{
+    ABI_VERSION, Buffer, ENCODING_CDR_LE, Host, Module, NO_DATA, PORT_IN, PORT_OUT, Parameter,
+    Port, Text, callback, return_code,
+};
+
+const fn text(text: &'static str) -> Text {
+    Text {
+        data: text.as_ptr(),
+        len: text.len(),
+    }
+}
+
+const fn port(name: &'static str, type_id: &'static str, direction: u32) -> Port {
+    Port {
+        name: text(name),
+        type_id: text(type_id),
+        direction,
+    }
+}
+
+const fn parameter(name: &'static str, default: &'static str) -> Parameter {
+    Parameter {
+        name: text(name),
+        default: text(default),
+    }
+}
+
+const NUMBER: &str = "IDL:RTC/TimedDouble:1.0";
+static PORTS: Shared<[Port; 3]> = Shared([
+    port("in", NUMBER, PORT_IN),
+    port("out", NUMBER, PORT_OUT),
+    port("text", "IDL:RTC/TimedString:1.0", PORT_IN),
+]);
+static PARAMETERS: Shared<[Parameter; 6]> = Shared([
+    parameter("produce", "0"),
+    parameter("fail", ""),
+    parameter("reason", ""),
+    parameter("code", "1"),
+    parameter("hang", ""),
+    parameter("hang_ms", "0"),
+]);
+
+struct Shared<T>(T);
+// SAFETY: constants that nobody writes.
+unsafe impl<T> Sync for Shared<T> {}
+
+static MODULE: Shared<Module> = Shared(Module {
+    abi_version: ABI_VERSION,
+    size: size_of::<Module>() as u32,
+    type_name: text("Testmod"),
+    vendor: text("tests"),
+    category: text("test"),
+    version: text("1.0"),
+    description: text("misbehaves on demand"),
+    default_rate: 1000.0,
+    ports: PORTS.0.as_ptr(),
+    ports_len: 3,
+    parameters: PARAMETERS.0.as_ptr(),
+    parameters_len: 6,
+    create,
+    destroy,
+    callback: call,
+    configure,
+});
+
+/// The entry function of the ABI.
+// SAFETY: no other function of this name is linked.
+#[unsafe(no_mangle)]
+pub extern "C" fn rts_module_v0() -> *const Module {
+    &raw const MODULE.0
+}
+
+struct Component {
+    host: *const Host,
+    produce: u64,
+    fail: String,
+    reason: String,
+    code: i32,
+    hang: String,
+    hang_ms: u64,
+    written: u64,
+    last_read: u64,
+}
+
+unsafe extern "C" fn create(host: *const Host, instance: *mut *mut c_void) -> i32 {
+    let component = Component {
+        host,
+        produce: 0,
+        fail: String::new(),
+        reason: String::new(),
+        code: return_code::ERROR,
+        hang: String::new(),
+        hang_ms: 0,
+        written: 0,
+        last_read: 0,
+    };
+    // SAFETY: the manager passes a place to write to.
+    unsafe { instance.write(Box::into_raw(Box::new(component)).cast()) };
+    return_code::OK
+}
+
+unsafe extern "C" fn destroy(instance: *mut c_void) {
+    // SAFETY: made by `create`, and not used again.
+    drop(unsafe { Box::from_raw(instance.cast::<Component>()) });
+}
+
+unsafe extern "C" fn configure(instance: *mut c_void, name: Text, value: Text) -> i32 {
+    // SAFETY: made by `create`; one thread at a time; texts are valid during the call.
+    let (component, name, value) = unsafe {
+        let bytes = |text: Text| match text.len {
+            0 => &[][..],
+            len => std::slice::from_raw_parts(text.data, len),
+        };
+        let string = |text| String::from_utf8_lossy(bytes(text)).into_owned();
+        (
+            &mut *instance.cast::<Component>(),
+            string(name),
+            string(value),
+        )
+    };
+    match (name.as_str(), value.parse::<i32>()) {
+        ("fail", _) => component.fail = value,
+        ("reason", _) => component.reason = value,
+        ("hang", _) => component.hang = value,
+        ("produce", Ok(number)) => component.produce = number as u64,
+        ("code", Ok(number)) => component.code = number,
+        ("hang_ms", Ok(number)) => component.hang_ms = number as u64,
+        _ => {
+            component.say_why("it is not a number");
+            return return_code::BAD_PARAMETER;
+        }
+    }
+    return_code::OK
+}
+
+unsafe extern "C" fn call(instance: *mut c_void, number: u32) -> i32 {
+    // SAFETY: made by `create`; one thread at a time.
+    let component = unsafe { &mut *instance.cast::<Component>() };
+    let name = match number {
+        callback::INITIALIZE => "on_initialize",
+        callback::FINALIZE => "on_finalize",
+        callback::STARTUP => "on_startup",
+        callback::SHUTDOWN => "on_shutdown",
+        callback::ERROR => "on_error",
+        callback::ACTIVATED => "on_activated",
+        callback::DEACTIVATED => "on_deactivated",
+        callback::ABORTING => "on_aborting",
+        callback::RESET => "on_reset",
+        callback::EXECUTE => "on_execute",
+        callback::STATE_UPDATE => "on_state_update",
+        callback::RATE_CHANGED => "on_rate_changed",
+        _ => return return_code::UNSUPPORTED,
+    };
+    if !matches!(
+        number,
+        callback::EXECUTE | callback::STATE_UPDATE | callback::ERROR
+    ) {
+        component.log(name);
+    }
+    if component.hang == name {
+        std::thread::sleep(Duration::from_millis(component.hang_ms));
+    }
+    if component.fail == name {
+        if !component.reason.is_empty() {
+            component.say_why(&component.reason);
+        }
+        return component.code;
+    }
+    if number == callback::EXECUTE && !component.execute() {
+        return return_code::ERROR;
+    }
+    return_code::OK
+}
+
+impl Component {
+    fn execute(&mut self) -> bool {
+        while let Some(number) = self.read() {
+            if number <= self.last_read {
+                self.say_why(&format!("read {number} after {}", self.last_read));
+                return false;
+            }
+            self.last_read = number;
+        }
+        for _ in 0..self.produce {
+            self.written += 1;
+            self.write(self.written);
+        }
+        true
+    }
+
+    fn read(&self) -> Option<u64> {
+        let mut sample = Buffer {
+            type_id: text(""),
+            encoding: 0,
+            data: std::ptr::null(),
+            len: 0,
+        };
+        // SAFETY: the host outlives the instance; the sample is borrowed until the next read.
+        unsafe {
+            let host = &*self.host;
+            match (host.read)(host.context, 0, &raw mut sample) {
+                NO_DATA => None,
+                return_code::OK if sample.len == 8 => {
+                    Some(sample.data.cast::<u64>().read_unaligned())
+                }
+                other => panic!("read returned {other} with {} bytes", sample.len),
+            }
+        }
+    }
+
+    fn write(&self, number: u64) {
+        let bytes = number.to_ne_bytes();
+        let sample = Buffer {
+            type_id: text(NUMBER),
+            encoding: ENCODING_CDR_LE,
+            data: bytes.as_ptr(),
+            len: bytes.len(),
+        };
+        // SAFETY: the host outlives the instance; the sample is copied.
+        let code = unsafe {
+            let host = &*self.host;
+            (host.write)(host.context, 1, &raw const sample)
+        };
+        assert_eq!(code, return_code::OK, "write");
+    }
+
+    fn log(&self, message: &str) {
+        // SAFETY: the host outlives the instance; the text is copied.
+        unsafe {
+            let host = &*self.host;
+            (host.log)(host.context, 2, lend(message));
+        }
+    }
+
+    fn say_why(&self, reason: &str) {
+        // SAFETY: as for `log`.
+        unsafe {
+            let host = &*self.host;
+            (host.fail)(host.context, lend(reason));
+        }
+    }
+}
+
+fn lend(text: &str) -> Text {
+    Text {
+        data: text.as_ptr(),
+        len: text.len(),
+    }
+}

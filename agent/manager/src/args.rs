@@ -1,0 +1,126 @@
+//! Command line of the manager. It is read by hand-written clients (the agent), so it is small and starts fast.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use rts_manager_api::control::SystemId;
+
+const HELP: &str = "\
+Holds components: loads modules and obeys its control socket. Usually started by rts-agent.
+
+Usage: rts-manager --dir DIR --name NAME [OPTIONS]
+
+Options:
+      --dir DIR            Folder of this manager: lock, control.sock and manager.json
+      --name NAME          Manager name
+      --system-name NAME   System that it belongs to (needs --system-uid)
+      --system-uid UID     Unique id of that system
+      --incarnation UUID   Unique id of this start; made up when left out
+  -h, --help               Print help
+  -V, --version            Print version
+
+A socket as standard input is served as the first control connection.
+";
+
+/// What the command line asks for.
+pub enum Parsed {
+    /// Serve.
+    Run(Settings),
+    /// Print and leave.
+    Print(String),
+}
+
+/// Settled arguments.
+pub struct Settings {
+    /// Run folder.
+    pub dir: PathBuf,
+    /// Manager name.
+    pub name: String,
+    /// System that it belongs to.
+    pub system: Option<SystemId>,
+    /// Unique id of this start.
+    pub incarnation: String,
+}
+
+/// A command line that cannot be obeyed.
+#[derive(Debug, thiserror::Error)]
+pub enum UsageError {
+    /// Not one of the options, or a value is missing.
+    #[error(transparent)]
+    Option(#[from] lexopt::Error),
+    /// An option that must be there.
+    #[error("{0} is missing")]
+    Missing(&'static str),
+}
+
+/// Reads the arguments, program name excluded.
+pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageError> {
+    use lexopt::prelude::*;
+    let mut parser = lexopt::Parser::from_args(args);
+    let (mut dir, mut name, mut incarnation) = (None, None, None);
+    let (mut system_name, mut system_uid) = (None, None);
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Long("dir") => dir = Some(PathBuf::from(parser.value()?)),
+            Long("name") => name = Some(parser.value()?.string()?),
+            Long("system-name") => system_name = Some(parser.value()?.string()?),
+            Long("system-uid") => system_uid = Some(parser.value()?.string()?),
+            Long("incarnation") => incarnation = Some(parser.value()?.string()?),
+            Short('h') | Long("help") => return Ok(Parsed::Print(HELP.to_owned())),
+            Short('V') | Long("version") => {
+                return Ok(Parsed::Print(format!(
+                    "rts-manager {}\n",
+                    env!("CARGO_PKG_VERSION")
+                )));
+            }
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let system = match (system_name, system_uid) {
+        (Some(name), Some(uid)) => Some(SystemId { name, uid }),
+        (None, None) => None,
+        (Some(_), None) => return Err(UsageError::Missing("--system-uid")),
+        (None, Some(_)) => return Err(UsageError::Missing("--system-name")),
+    };
+    Ok(Parsed::Run(Settings {
+        dir: dir.ok_or(UsageError::Missing("--dir"))?,
+        name: name.ok_or(UsageError::Missing("--name"))?,
+        system,
+        incarnation: incarnation.unwrap_or_else(|| uuid::Uuid::new_v4().to_string()),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(line: &str) -> Result<Settings, String> {
+        match parse(line.split_whitespace().map(OsString::from)) {
+            Ok(Parsed::Run(settings)) => Ok(settings),
+            Ok(Parsed::Print(text)) => Err(text),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    #[test]
+    fn all_options_are_read() {
+        let read = settings(
+            "--dir /tmp/x --name main --system-name hello --system-uid u1 --incarnation i1",
+        )
+        .unwrap();
+        assert_eq!(read.dir, PathBuf::from("/tmp/x"));
+        assert_eq!(read.system.unwrap().uid, "u1");
+        assert_eq!(read.incarnation, "i1");
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        assert_eq!(settings("--name x").err().unwrap(), "--dir is missing");
+        assert_eq!(
+            settings("--dir /x --name x --system-name s").err().unwrap(),
+            "--system-uid is missing"
+        );
+        assert!(settings("--what").err().unwrap().contains("--what"));
+        assert!(settings("--help").err().unwrap().contains("Usage"));
+    }
+}

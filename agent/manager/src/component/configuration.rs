@@ -1,0 +1,108 @@
+//! Configuration sets of a component: which parameter has which value in force.
+
+use std::collections::BTreeMap;
+
+use crate::failure::list;
+
+/// Name of the set that every component has.
+const DEFAULT: &str = "default";
+
+/// Sets and the active one. The set `default` has all parameters of the module.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Configuration {
+    /// Set → parameter → value.
+    pub sets: BTreeMap<String, BTreeMap<String, String>>,
+    /// Name of the active set.
+    pub active: String,
+}
+
+/// Values to set.
+pub type Sets = BTreeMap<String, BTreeMap<String, String>>;
+
+impl Configuration {
+    /// The module's defaults.
+    pub fn new(defaults: &BTreeMap<String, String>) -> Self {
+        Self {
+            sets: BTreeMap::from([(DEFAULT.to_owned(), defaults.clone())]),
+            active: DEFAULT.to_owned(),
+        }
+    }
+
+    /// With values and perhaps another active set; what is not named stays. An unknown name is refused.
+    pub fn updated(&self, sets: &Sets, active: Option<&str>) -> Result<Self, String> {
+        let mut updated = self.clone();
+        let known = &self.sets[DEFAULT];
+        for (set, values) in sets {
+            if let Some(unknown) = values.keys().find(|name| !known.contains_key(*name)) {
+                return Err(format!(
+                    "there is no parameter `{unknown}`; the parameters are: {}",
+                    list(known.keys().map(String::as_str))
+                ));
+            }
+            let target = updated.sets.entry(set.clone()).or_default();
+            target.extend(values.iter().map(|(k, v)| (k.clone(), v.clone())));
+        }
+        if let Some(active) = active {
+            if !updated.sets.contains_key(active) {
+                return Err(format!(
+                    "there is no configuration set `{active}`; the sets are: {}",
+                    list(updated.sets.keys().map(String::as_str))
+                ));
+            }
+            active.clone_into(&mut updated.active);
+        }
+        Ok(updated)
+    }
+
+    /// Value in force of each parameter: the active set's, else that of `default`.
+    pub fn effective(&self) -> BTreeMap<&str, &str> {
+        [DEFAULT, &self.active]
+            .into_iter()
+            .filter_map(|set| self.sets.get(set))
+            .flatten()
+            .map(|(name, value)| (name.as_str(), value.as_str()))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> BTreeMap<String, String> {
+        text.split_whitespace()
+            .filter_map(|pair| pair.split_once('='))
+            .map(|(k, v)| (k.to_owned(), v.to_owned()))
+            .collect()
+    }
+
+    fn sets(set: &str, text: &str) -> Sets {
+        BTreeMap::from([(set.to_owned(), values(text))])
+    }
+
+    #[test]
+    fn the_active_set_lies_over_the_default_one() {
+        let made = Configuration::new(&values("a=1 b=2"))
+            .updated(&sets("default", "b=3"), None)
+            .unwrap()
+            .updated(&sets("fast", "a=9"), Some("fast"))
+            .unwrap();
+        assert_eq!(made.effective(), BTreeMap::from([("a", "9"), ("b", "3")]));
+        let back = made.updated(&Sets::new(), Some("default")).unwrap();
+        assert_eq!(back.effective(), BTreeMap::from([("a", "1"), ("b", "3")]));
+        assert_eq!(back.sets["fast"], values("a=9"));
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_those_that_exist() {
+        let made = Configuration::new(&values("a=1 b=2"));
+        assert_eq!(
+            made.updated(&sets("default", "c=1"), None).unwrap_err(),
+            "there is no parameter `c`; the parameters are: a, b"
+        );
+        assert_eq!(
+            made.updated(&Sets::new(), Some("fast")).unwrap_err(),
+            "there is no configuration set `fast`; the sets are: default"
+        );
+    }
+}

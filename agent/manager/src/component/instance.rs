@@ -1,0 +1,114 @@
+//! An instance of a module's type: the only place that calls into a module.
+
+#![allow(unsafe_code)]
+
+use std::ffi::c_void;
+use std::ptr;
+use std::sync::Arc;
+use std::time::Instant;
+
+use rts_runtime::abi::return_code;
+
+use super::host::Host;
+use super::lifecycle::callback_name;
+use super::{Busy, Component};
+use crate::module::Functions;
+use crate::sync::lock;
+use crate::text::lend;
+
+/// An instance. Stays on the thread that made it; freed on drop.
+pub struct Instance {
+    functions: Functions,
+    pointer: *mut c_void,
+    host: Host,
+    component: Arc<Component>,
+}
+
+/// A call that did not return OK.
+#[derive(Debug, PartialEq, Eq)]
+pub struct CallFailed {
+    /// Return code.
+    pub code: i32,
+    /// For people, the call named.
+    pub message: String,
+}
+
+impl Instance {
+    /// Makes an instance.
+    pub fn create(component: &Arc<Component>) -> Result<Self, CallFailed> {
+        let functions = component.module.functions;
+        let host = Host::new(component);
+        let mut pointer = ptr::null_mut();
+        let code = during(component, "create", || {
+            // SAFETY: the host lives as long as the instance; `pointer` may be written.
+            unsafe { (functions.create)(host.as_abi(), &raw mut pointer) }
+        });
+        check("create", code, &host)?;
+        Ok(Self {
+            functions,
+            pointer,
+            host,
+            component: Arc::clone(component),
+        })
+    }
+
+    /// Calls a callback.
+    pub fn callback(&mut self, number: u32) -> Result<(), CallFailed> {
+        let name = callback_name(number);
+        let code = during(&self.component, name, || {
+            // SAFETY: the instance was made by this module, lives, and is used by this thread alone.
+            unsafe { (self.functions.callback)(self.pointer, number) }
+        });
+        check(name, code, &self.host)
+    }
+
+    /// Sets a parameter.
+    pub fn configure(&mut self, name: &str, value: &str) -> Result<(), CallFailed> {
+        let code = during(&self.component, "configure", || {
+            // SAFETY: as for callbacks; both texts live during the call.
+            unsafe { (self.functions.configure)(self.pointer, lend(name), lend(value)) }
+        });
+        check(&format!("parameter `{name}` = `{value}`"), code, &self.host)
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        during(&self.component, "destroy", || {
+            // SAFETY: the instance was made by this module and is not used again.
+            unsafe { (self.functions.destroy)(self.pointer) }
+        });
+    }
+}
+
+/// Makes a call visible while it lasts, so that one that hangs can be named.
+fn during<T>(component: &Component, call: &'static str, f: impl FnOnce() -> T) -> T {
+    let since = Instant::now();
+    *lock(&component.busy) = Some(Busy { call, since });
+    let result = f();
+    *lock(&component.busy) = None;
+    result
+}
+
+fn check(what: &str, code: i32, host: &Host) -> Result<(), CallFailed> {
+    let reason = host.take_failure();
+    if code == return_code::OK {
+        return Ok(());
+    }
+    let message = match reason {
+        Some(reason) => format!("{what}: {reason}"),
+        None => format!("{what} returned {}", code_name(code)),
+    };
+    Err(CallFailed { code, message })
+}
+
+fn code_name(code: i32) -> String {
+    match code {
+        return_code::ERROR => "RTC_ERROR".to_owned(),
+        return_code::BAD_PARAMETER => "BAD_PARAMETER".to_owned(),
+        return_code::UNSUPPORTED => "UNSUPPORTED".to_owned(),
+        return_code::OUT_OF_RESOURCES => "OUT_OF_RESOURCES".to_owned(),
+        return_code::PRECONDITION_NOT_MET => "PRECONDITION_NOT_MET".to_owned(),
+        other => format!("the unknown code {other}"),
+    }
+}

@@ -1,0 +1,285 @@
+//! A component: what everyone may see of it, and the channel to the thread that runs it.
+
+mod configuration;
+mod host;
+mod instance;
+mod lifecycle;
+mod run;
+mod spawn;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use rts_manager_api::control::{ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId};
+
+pub use self::configuration::Configuration;
+pub use self::lifecycle::State;
+pub use self::spawn::spawn;
+use crate::data::connector::Connector;
+use crate::data::in_port::InPort;
+use crate::data::out_port::OutPort;
+use crate::failure::{failure, list, not_found};
+use crate::log::LogFile;
+use crate::module::Module;
+use crate::sync::lock;
+
+/// What a component is made from and called; never changes.
+#[derive(Debug)]
+pub struct Identity {
+    /// Instance name.
+    pub instance: String,
+    /// Unique id of this creation.
+    pub incarnation: String,
+    /// System that it was created for.
+    pub system: Option<SystemId>,
+    /// As given at creation.
+    pub recreate_hash: String,
+    /// As given at creation.
+    pub restarts: u32,
+    /// Wall-clock creation, RFC 3339.
+    pub created: String,
+}
+
+/// A component.
+#[derive(Debug)]
+pub struct Component {
+    /// What it is.
+    pub identity: Identity,
+    /// Its module.
+    pub module: Arc<Module>,
+    /// Its ports, by their index in the ABI.
+    pub ports: Vec<PortEnd>,
+    status: Mutex<Status>,
+    busy: Mutex<Option<Busy>>,
+    executions: AtomicU64,
+    log: LogFile,
+    commands: SyncSender<Command>,
+    /// Held while a connector is exchanged for another of its name; never while anything is waited for.
+    pub wiring: Mutex<()>,
+}
+
+/// A port of a component.
+#[derive(Debug)]
+pub enum PortEnd {
+    /// Reads.
+    In(Arc<InPort>),
+    /// Writes.
+    Out(OutPort),
+}
+
+#[derive(Debug)]
+struct Status {
+    state: State,
+    message: Option<String>,
+    configuration: Configuration,
+    rate: f64,
+    /// Set before its ends are taken away, so that none is added afterwards.
+    leaving: bool,
+}
+
+/// The call into the module that its thread is in.
+#[derive(Debug, Clone, Copy)]
+struct Busy {
+    call: &'static str,
+    since: Instant,
+}
+
+/// A request to the thread that runs it.
+#[derive(Debug)]
+pub struct Command {
+    action: Action,
+    deadline: Instant,
+    reply: SyncSender<Result<(), Failure>>,
+}
+
+/// What to do with a component.
+#[derive(Debug, Clone)]
+pub enum Action {
+    /// Activate.
+    Activate,
+    /// Deactivate.
+    Deactivate,
+    /// Error → Inactive.
+    Reset,
+    /// Finalise and delete.
+    Delete,
+    /// Change in place.
+    Configure {
+        /// Set → parameter → value.
+        sets: BTreeMap<String, BTreeMap<String, String>>,
+        /// New active set.
+        active: Option<String>,
+        /// New rate in Hz.
+        rate: Option<f64>,
+    },
+}
+
+/// An answer that is being waited for.
+pub struct Pending {
+    answer: std::sync::mpsc::Receiver<Result<(), Failure>>,
+    deadline: Instant,
+}
+
+impl Component {
+    /// Hands a request to its thread.
+    pub fn ask(&self, action: Action, deadline: Instant) -> Result<Pending, Failure> {
+        let (reply, answer) = sync_channel(1);
+        let command = Command {
+            action,
+            deadline,
+            reply,
+        };
+        match self.commands.try_send(command) {
+            Ok(()) => Ok(Pending { answer, deadline }),
+            Err(TrySendError::Full(_)) => Err(self.late("has too many requests waiting")),
+            Err(TrySendError::Disconnected(_)) => Err(self.gone()),
+        }
+    }
+
+    /// Waits for an answer until the request's deadline.
+    pub fn wait(&self, pending: &Pending) -> Result<(), Failure> {
+        let left = pending.deadline.saturating_duration_since(Instant::now());
+        match pending.answer.recv_timeout(left) {
+            Ok(result) => result,
+            Err(RecvTimeoutError::Timeout) => Err(self.late("did not answer in time")),
+            Err(RecvTimeoutError::Disconnected) => Err(self.gone()),
+        }
+    }
+
+    /// Asks and waits.
+    pub fn call(&self, action: Action, deadline: Instant) -> Result<(), Failure> {
+        self.wait(&self.ask(action, deadline)?)
+    }
+
+    fn late(&self, otherwise: &str) -> Failure {
+        let name = &self.identity.instance;
+        let message = match *lock(&self.busy) {
+            Some(Busy { call, since }) => format!(
+                "{name} has been in {call} for {:.1} s",
+                since.elapsed().as_secs_f64()
+            ),
+            None => format!("{name} {otherwise}"),
+        };
+        failure(FailureCode::Deadline, message)
+    }
+
+    fn gone(&self) -> Failure {
+        not_found(format!("{} was deleted", self.identity.instance))
+    }
+
+    /// Refuses when it is being deleted.
+    pub fn check_stays(&self) -> Result<(), Failure> {
+        if lock(&self.status).leaving {
+            Err(self.gone())
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Lets no end be added any more.
+    pub fn leave(&self) {
+        lock(&self.status).leaving = true;
+    }
+
+    /// Its in-port with this name.
+    pub fn in_port(&self, name: &str) -> Result<&Arc<InPort>, Failure> {
+        let ports = || {
+            self.ports.iter().filter_map(|port| match port {
+                PortEnd::In(port) => Some(port),
+                PortEnd::Out(_) => None,
+            })
+        };
+        ports()
+            .find(|port| port.name == name)
+            .ok_or_else(|| self.no_port("in", name, &list(ports().map(|port| port.name.as_str()))))
+    }
+
+    /// Its out-port with this name.
+    pub fn out_port(&self, name: &str) -> Result<&OutPort, Failure> {
+        self.out_ports()
+            .find(|port| port.name == name)
+            .ok_or_else(|| {
+                self.no_port(
+                    "out",
+                    name,
+                    &list(self.out_ports().map(|p| p.name.as_str())),
+                )
+            })
+    }
+
+    /// Its out-ports.
+    pub fn out_ports(&self) -> impl Iterator<Item = &OutPort> {
+        self.ports.iter().filter_map(|port| match port {
+            PortEnd::Out(port) => Some(port),
+            PortEnd::In(_) => None,
+        })
+    }
+
+    fn no_port(&self, direction: &str, name: &str, known: &str) -> Failure {
+        not_found(format!(
+            "{} has no {direction}-port `{name}`; its {direction}-ports are: {known}",
+            self.identity.instance
+        ))
+    }
+
+    /// Its connector with this name.
+    pub fn connector(&self, name: &str) -> Option<Arc<Connector>> {
+        self.out_ports()
+            .flat_map(OutPort::connectors)
+            .find(|connector| connector.request.connector == name)
+    }
+
+    /// Takes out the connectors that `which` names.
+    pub fn take_connectors(&self, which: impl Fn(&Arc<Connector>) -> bool) -> Vec<Arc<Connector>> {
+        self.out_ports()
+            .flat_map(|port| port.take(&which))
+            .collect()
+    }
+
+    /// What the inventory shows of its connectors.
+    pub fn connector_infos(&self) -> Vec<ConnectorInfo> {
+        self.out_ports()
+            .flat_map(OutPort::connectors)
+            .map(|connector| connector.info())
+            .collect()
+    }
+
+    /// What the inventory shows, without both kinds of ends.
+    pub fn info(&self) -> ComponentInfo {
+        let status = lock(&self.status);
+        let identity = &self.identity;
+        ComponentInfo {
+            instance: identity.instance.clone(),
+            type_name: self.module.type_name.clone(),
+            system: identity.system.clone(),
+            incarnation: identity.incarnation.clone(),
+            recreate_hash: identity.recreate_hash.clone(),
+            restarts: identity.restarts,
+            created: identity.created.clone(),
+            state: status.state.name().to_owned(),
+            message: status.message.clone(),
+            sets: status.configuration.sets.clone(),
+            active: status.configuration.active.clone(),
+            execution_kind: PERIODIC.to_owned(),
+            rate: status.rate,
+            executions: self.executions.load(Ordering::Relaxed),
+            ports: self.module.port_infos(),
+            connectors: Vec::new(),
+            bindings: Vec::new(),
+        }
+    }
+
+    fn state(&self) -> State {
+        lock(&self.status).state
+    }
+
+    fn target(&self) -> String {
+        format!("component/{}", self.identity.instance)
+    }
+}
+
+/// The only kind of execution context in this version.
+pub const PERIODIC: &str = "periodic";

@@ -1,0 +1,132 @@
+//! Making a component: its visible part first, then its thread.
+
+use std::path::Path;
+use std::sync::atomic::AtomicU64;
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Instant;
+
+use jiff::Timestamp;
+use rts_manager_api::control::{CreateRequest, Failure};
+
+use super::{Component, Configuration, Identity, PERIODIC, Pending, PortEnd, State, Status, run};
+use crate::data::in_port::InPort;
+use crate::data::out_port::OutPort;
+use crate::failure::{internal, invalid};
+use crate::log::LogFile;
+use crate::manager::Manager;
+use crate::module::{Direction, Module};
+
+/// Requests that may wait for one component.
+const COMMANDS: usize = 128;
+/// Longest instance name in bytes.
+const MAX_NAME: usize = 255;
+
+/// Makes a component, makes it known under its name, and waits until it is initialised.
+pub fn spawn(
+    manager: &Arc<Manager>,
+    module: Arc<Module>,
+    request: &CreateRequest,
+    deadline: Instant,
+) -> Result<String, Failure> {
+    check(request)?;
+    let configuration = Configuration::new(&module.parameters)
+        .updated(&request.sets, request.active.as_deref())
+        .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
+    let rate = request.rate.unwrap_or(module.default_rate);
+    check_rate(rate)?;
+    let log = LogFile::open(Path::new(&request.log_path)).map_err(|e| {
+        internal(format!(
+            "the log {} of {} cannot be opened: {e}",
+            request.log_path, request.instance
+        ))
+    })?;
+    let (commands, received) = sync_channel(COMMANDS);
+    let component = Arc::new(Component {
+        identity: identity(request),
+        ports: module.ports.iter().map(port_end).collect(),
+        module,
+        status: Mutex::new(Status {
+            state: State::Created,
+            message: None,
+            configuration,
+            rate,
+            leaving: false,
+        }),
+        busy: Mutex::default(),
+        executions: AtomicU64::new(0),
+        log,
+        commands,
+        wiring: Mutex::default(),
+    });
+    manager.add_component(&component)?;
+
+    let (reply, answer) = sync_channel(1);
+    let spawned = thread::Builder::new()
+        .name(request.instance.clone())
+        .spawn({
+            let (manager, component) = (Arc::clone(manager), Arc::clone(&component));
+            move || run::run(&manager, &component, &received, &reply)
+        });
+    if let Err(error) = spawned {
+        manager.remove_component(&component);
+        return Err(internal(format!(
+            "no thread for {}: {error}",
+            request.instance
+        )));
+    }
+    component.wait(&Pending { answer, deadline })?;
+    Ok(component.identity.incarnation.clone())
+}
+
+fn check(request: &CreateRequest) -> Result<(), Failure> {
+    let name = &request.instance;
+    if name.is_empty() || name.len() > MAX_NAME || name.contains(|c: char| c.is_control()) {
+        return Err(invalid(format!(
+            "an instance name has 1 to {MAX_NAME} bytes and no control characters; this is {name:?}"
+        )));
+    }
+    if request.execution_kind != PERIODIC {
+        return Err(invalid(format!(
+            "{name}: the execution context kind `{}` is not known; use `{PERIODIC}`",
+            request.execution_kind
+        )));
+    }
+    if !Path::new(&request.log_path).is_absolute() {
+        return Err(invalid(format!(
+            "{name}: the log path `{}` is not absolute",
+            request.log_path
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses rates that no thread can keep.
+pub fn check_rate(rate: f64) -> Result<(), Failure> {
+    if (0.001..=100_000.0).contains(&rate) {
+        Ok(())
+    } else {
+        Err(invalid(format!(
+            "the rate {rate} Hz is not between 0.001 and 100000 Hz"
+        )))
+    }
+}
+
+fn identity(request: &CreateRequest) -> Identity {
+    Identity {
+        instance: request.instance.clone(),
+        incarnation: uuid::Uuid::new_v4().to_string(),
+        system: request.system.clone(),
+        recreate_hash: request.recreate_hash.clone(),
+        restarts: request.restarts,
+        created: format!("{:.3}", Timestamp::now()),
+    }
+}
+
+fn port_end(port: &crate::module::Port) -> PortEnd {
+    match port.direction {
+        Direction::In => PortEnd::In(Arc::new(InPort::new(&port.name, &port.data_type))),
+        Direction::Out => PortEnd::Out(OutPort::new(&port.name, &port.data_type)),
+    }
+}

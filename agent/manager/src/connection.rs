@@ -1,0 +1,194 @@
+//! A connection: the greeting that decides what it is, and the life of a control connection.
+
+use std::io::BufReader;
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::control::{
+    Failure, FromManager, Greeting, RequestBody, Response, ResponseBody,
+};
+use rts_manager_api::frame::{self, FrameError};
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::data::accept;
+use crate::failure::{internal, invalid};
+use crate::net::Timed;
+use crate::server::Shared;
+use crate::sync::lock;
+use crate::{log, requests};
+
+/// Time for a greeting to arrive.
+const GREETING: Duration = Duration::from_secs(2);
+/// Time for a message to leave; a receiver that is slower is dropped.
+const SENDING: Duration = Duration::from_secs(2);
+/// Longest deadline that is kept.
+const MAX_DEADLINE: Duration = Duration::from_secs(3600);
+
+/// The sending half of a control connection.
+pub struct Connection {
+    writer: Mutex<UnixStream>,
+}
+
+/// A request whose body may be one that this version does not know.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Envelope {
+    id: u64,
+    deadline_ms: u64,
+    body: Value,
+}
+
+/// True for the versions of the protocol that this manager speaks: its own and the one before.
+pub fn speaks(version: u32) -> bool {
+    version == PROTOCOL_VERSION || version.checked_add(1) == Some(PROTOCOL_VERSION)
+}
+
+/// Serves a connection until it ends.
+pub fn serve(stream: UnixStream, shared: &Arc<Shared>) {
+    let mut timed = Timed::new(&stream, Instant::now() + GREETING);
+    let served = match frame::read(&mut timed) {
+        Ok(Greeting::Control { version }) => control(stream, version, shared),
+        Ok(Greeting::Data(hello)) => {
+            if let Some(_slot) = shared.incoming.take() {
+                accept::serve(
+                    &stream,
+                    &hello,
+                    &shared.manager.bindings,
+                    &shared.manager.events,
+                );
+            } else {
+                log::warn(format_args!(
+                    "a data connection was closed: there are {} already",
+                    shared.incoming.limit()
+                ));
+            }
+            Ok(())
+        }
+        Err(error) => Err(error),
+    };
+    match served {
+        Ok(()) | Err(FrameError::Closed) => {}
+        Err(error) => log::warn(format_args!("a connection was closed: {error}")),
+    }
+}
+
+fn control(stream: UnixStream, version: u32, shared: &Arc<Shared>) -> Result<(), FrameError> {
+    let Some(_slot) = shared.controls.take() else {
+        log::warn(format_args!(
+            "a control connection was closed: there are {} already",
+            shared.controls.limit()
+        ));
+        return Ok(());
+    };
+    stream.set_read_timeout(None)?;
+    let mut reader = BufReader::new(stream.try_clone()?);
+    let connection = Arc::new(Connection {
+        writer: Mutex::new(stream),
+    });
+    connection.transmit(&shared.manager.hello)?;
+    if !speaks(version) {
+        // The hello above tells the other side our version, so that it can say who is to be upgraded.
+        log::warn(format_args!(
+            "a control connection was closed: it speaks version {version} of the protocol, this manager \
+             {PROTOCOL_VERSION}"
+        ));
+        return Ok(());
+    }
+    shared.manager.events.subscribe(&connection);
+    let ended = read_requests(&mut reader, &connection, shared);
+    connection.shut();
+    ended
+}
+
+fn read_requests(
+    reader: &mut BufReader<UnixStream>,
+    connection: &Arc<Connection>,
+    shared: &Arc<Shared>,
+) -> Result<(), FrameError> {
+    loop {
+        let envelope: Envelope = frame::read(reader)?;
+        let id = envelope.id;
+        let patience = Duration::from_millis(envelope.deadline_ms).min(MAX_DEADLINE);
+        let deadline = Instant::now() + patience;
+        let body = match serde_json::from_value(envelope.body) {
+            Ok(body) => body,
+            Err(error) => {
+                let message = format!("this manager does not understand the request: {error}");
+                connection.respond(id, Err(invalid(message)));
+                continue;
+            }
+        };
+        if matches!(body, RequestBody::Inventory | RequestBody::Factories) {
+            // They wait for nothing, so they need no thread.
+            connection.respond(id, requests::handle(&shared.manager, body, deadline));
+            continue;
+        }
+        let job = {
+            let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
+            move || answer(&connection, &shared, id, body, deadline)
+        };
+        if let Err(reason) = shared.pool.run(job) {
+            connection.respond(id, Err(internal(reason)));
+        }
+    }
+}
+
+fn answer(connection: &Connection, shared: &Shared, id: u64, body: RequestBody, deadline: Instant) {
+    let ends = matches!(body, RequestBody::Shutdown);
+    let handled = catch_unwind(AssertUnwindSafe(|| {
+        requests::handle(&shared.manager, body, deadline)
+    }));
+    let result = handled.unwrap_or_else(|_| {
+        Err(internal(
+            "the manager failed at this request; its log says where",
+        ))
+    });
+    connection.respond(id, result);
+    if ends {
+        shared.end();
+    }
+}
+
+impl Connection {
+    fn respond(&self, id: u64, result: Result<ResponseBody, Failure>) {
+        let response = FromManager::Response(Response { id, result });
+        match self.transmit(&response) {
+            // Nothing has left yet, so that the connection is still good.
+            Err(FrameError::TooLong(length)) => {
+                let message = format!("the answer of {length} bytes is too long for one frame");
+                let result = Err(internal(message));
+                self.send(&FromManager::Response(Response { id, result }));
+            }
+            sent => self.judge(sent),
+        }
+    }
+
+    /// Sends a message. A receiver that does not take it is dropped.
+    pub fn send(&self, message: &FromManager) {
+        self.judge(self.transmit(message));
+    }
+
+    fn judge(&self, sent: Result<(), FrameError>) {
+        if let Err(error) = sent {
+            if !matches!(&error, FrameError::Io(e) if e.kind() == std::io::ErrorKind::BrokenPipe) {
+                log::warn(format_args!("a control connection was closed: {error}"));
+            }
+            self.shut();
+        }
+    }
+
+    fn transmit<T: serde::Serialize>(&self, message: &T) -> Result<(), FrameError> {
+        let writer = lock(&self.writer);
+        frame::write(&mut Timed::new(&writer, Instant::now() + SENDING), message)
+    }
+
+    /// Ends the connection, and with it the thread that reads it.
+    fn shut(&self) {
+        let _ = lock(&self.writer).shutdown(Shutdown::Both);
+    }
+}

@@ -1,0 +1,108 @@
+//! Deciding on a data connection at its in-port end, and serving it.
+
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::control::Failure;
+use rts_manager_api::data::{DataHello, DataReply};
+use rts_manager_api::frame;
+
+use super::ENCODING;
+use super::binding::{Bindings, End};
+use super::receive::receive;
+use crate::events::Events;
+use crate::failure::{conflict, internal, invalid, not_found};
+use crate::log;
+use crate::net::Timed;
+
+/// Time for the reply to leave.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Serves a data connection until it ends.
+pub fn serve(stream: &UnixStream, hello: &DataHello, bindings: &Bindings, events: &Events) {
+    let opened = check(hello, bindings).and_then(|end| {
+        let closer = stream
+            .try_clone()
+            .map_err(|e| internal(format!("the connection cannot be kept: {e}")))?;
+        let source = end.open(Some(closer));
+        Ok((end, source))
+    });
+    let reply = DataReply {
+        result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
+    };
+    let mut timed = Timed::new(stream, Instant::now() + PATIENCE);
+    let sent = frame::write(&mut timed, &reply);
+    let Ok((end, source)) = opened else {
+        return;
+    };
+    let ended = sent
+        .map_err(|e| e.to_string())
+        .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()))
+        .and_then(|()| receive(stream, &end.port, &source).map_err(|e| e.to_string()));
+    if source.close() {
+        if let Err(reason) = ended {
+            log::warn(format_args!("connector {}: {reason}", hello.connector));
+        }
+        events.changed(
+            format!("connector/{}", hello.connector),
+            format!("its source {} has gone", hello.source),
+        );
+    }
+}
+
+/// The end that the greeting means, when it may connect to it.
+fn check(hello: &DataHello, bindings: &Bindings) -> Result<Arc<End>, Failure> {
+    let target = format!("{}.{}", hello.instance, hello.port);
+    if !crate::connection::speaks(hello.version) {
+        return Err(invalid(format!(
+            "the source speaks version {} of the protocol, this manager {PROTOCOL_VERSION}; upgrade the older side",
+            hello.version
+        )));
+    }
+    let end = bindings.find(&hello.connector).ok_or_else(|| {
+        not_found(format!(
+            "{target} does not expect the connector {}: it must be bound first",
+            hello.connector
+        ))
+    })?;
+    let binding = &end.binding;
+    if (&binding.instance, &binding.port, &binding.source)
+        != (&hello.instance, &hello.port, &hello.source)
+    {
+        return Err(conflict(format!(
+            "the connector {} is bound from {} to {}.{}, not from {} to {target}",
+            hello.connector, binding.source, binding.instance, binding.port, hello.source
+        )));
+    }
+    if end.incarnation != hello.incarnation {
+        return Err(conflict(format!(
+            "{} is incarnation {}, not {}: it was started again; ask for its inventory",
+            hello.instance, end.incarnation, hello.incarnation
+        )));
+    }
+    check_types(
+        &hello.source,
+        &hello.data_type,
+        &target,
+        &end.port.data_type,
+    )?;
+    if hello.encoding != ENCODING {
+        return Err(invalid(format!(
+            "{} sends the encoding {}, of which {target} knows only {ENCODING}",
+            hello.source, hello.encoding
+        )));
+    }
+    Ok(end)
+}
+
+/// Refuses ports of different types.
+pub fn check_types(source: &str, sent: &str, target: &str, taken: &str) -> Result<(), Failure> {
+    if sent == taken {
+        return Ok(());
+    }
+    Err(invalid(format!(
+        "{source} sends {sent}, but {target} takes {taken}"
+    )))
+}

@@ -1,0 +1,136 @@
+//! A connector at its out-port end.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
+
+use super::Payload;
+use super::in_port::{InPort, Source};
+use super::outbox::Outbox;
+use crate::sync::lock;
+
+/// A connector. Its counters begin with its connection.
+#[derive(Debug)]
+pub struct Connector {
+    /// As given.
+    pub request: ConnectRequest,
+    link: Mutex<Link>,
+    sent: AtomicU64,
+    bytes: AtomicU64,
+    drops: AtomicU64,
+}
+
+/// How a connector reaches its target.
+#[derive(Debug)]
+pub enum Link {
+    /// The other end was not heard yet.
+    Connecting,
+    /// In this process.
+    Direct {
+        /// The target.
+        port: Arc<InPort>,
+        /// This connection there.
+        source: Arc<Source>,
+    },
+    /// Over a socket.
+    Socket(Arc<Outbox>),
+    /// It ended.
+    Closed,
+}
+
+impl Link {
+    fn close(&self) {
+        match self {
+            Self::Connecting | Self::Closed => {}
+            Self::Direct { source, .. } => {
+                source.close();
+            }
+            Self::Socket(outbox) => outbox.close(),
+        }
+    }
+}
+
+impl Connector {
+    /// One that is being connected.
+    pub fn new(request: ConnectRequest) -> Self {
+        Self {
+            request,
+            link: Mutex::new(Link::Connecting),
+            sent: AtomicU64::new(0),
+            bytes: AtomicU64::new(0),
+            drops: AtomicU64::new(0),
+        }
+    }
+
+    /// The other end has agreed. False when the connector was closed meanwhile; the link is then closed as well.
+    pub fn establish(&self, link: Link) -> bool {
+        let mut current = lock(&self.link);
+        if matches!(*current, Link::Connecting) {
+            *current = link;
+            true
+        } else {
+            link.close();
+            false
+        }
+    }
+
+    /// Closes it; true when it was not closed before.
+    pub fn close(&self) -> bool {
+        let former = std::mem::replace(&mut *lock(&self.link), Link::Closed);
+        former.close();
+        !matches!(former, Link::Closed)
+    }
+
+    /// Sends a sample when it is connected.
+    pub fn push(&self, payload: &Payload) {
+        let size = payload.len() as u64;
+        // Only the owner's thread pushes, so the number cannot be taken twice.
+        let sequence = self.sent.load(Ordering::Relaxed) + 1;
+        let count = || {
+            self.bytes.fetch_add(size, Ordering::Relaxed);
+            self.sent.store(sequence, Ordering::Release);
+        };
+        match &*lock(&self.link) {
+            Link::Direct { port, source } => {
+                port.push(source, sequence, payload.clone(), count);
+            }
+            Link::Socket(outbox) => {
+                let drops = outbox.push(sequence, payload.clone(), count);
+                self.drops.fetch_add(drops, Ordering::Relaxed);
+            }
+            Link::Connecting | Link::Closed => {}
+        }
+    }
+
+    /// `Connected`, `Connecting` or `Disconnected`.
+    pub fn state(&self) -> &'static str {
+        match &*lock(&self.link) {
+            Link::Connecting => "Connecting",
+            Link::Direct { source, .. } if source.is_open() => "Connected",
+            Link::Socket(_) => "Connected",
+            Link::Direct { .. } | Link::Closed => "Disconnected",
+        }
+    }
+
+    /// What the inventory shows.
+    pub fn info(&self) -> ConnectorInfo {
+        let transport = match self.request.target_socket {
+            None => "direct",
+            Some(_) => "uds",
+        };
+        ConnectorInfo {
+            name: self.request.connector.clone(),
+            port: self.request.port.clone(),
+            target_instance: self.request.target_instance.clone(),
+            target_port: self.request.target_port.clone(),
+            target_incarnation: self.request.target_incarnation.clone(),
+            properties: self.request.properties.clone(),
+            state: self.state().to_owned(),
+            transport: transport.to_owned(),
+            samples_sent: self.sent.load(Ordering::Acquire),
+            bytes: self.bytes.load(Ordering::Relaxed),
+            drops: self.drops.load(Ordering::Relaxed),
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Opening a connection to the in-port end of a connector in another process.
+
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
+use rts_manager_api::data::{DataHello, DataReply};
+use rts_manager_api::frame::{self, FrameError};
+
+use super::ENCODING;
+use crate::failure::failure;
+use crate::net::{self, Timed};
+
+/// Time for dialling and for the other end's answer.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Dials and agrees with the other end.
+pub fn dial(
+    socket: &str,
+    request: &ConnectRequest,
+    data_type: &str,
+    deadline: Instant,
+) -> Result<UnixStream, Failure> {
+    let until = deadline.min(Instant::now() + PATIENCE);
+    let hello = DataHello {
+        version: PROTOCOL_VERSION,
+        connector: request.connector.clone(),
+        source: format!("{}.{}", request.instance, request.port),
+        instance: request.target_instance.clone(),
+        port: request.target_port.clone(),
+        incarnation: request.target_incarnation.clone(),
+        data_type: data_type.to_owned(),
+        encoding: ENCODING.to_owned(),
+    };
+    let peer_failed = |what: &str, error: FrameError| {
+        failure(
+            FailureCode::PeerFailed,
+            format!(
+                "the manager of {} at {socket} {what}: {error}",
+                request.target_instance
+            ),
+        )
+    };
+    let stream = net::connect(Path::new(socket), until)
+        .map_err(|e| peer_failed("cannot be reached", e.into()))?;
+    let mut timed = Timed::new(&stream, until);
+    frame::write(&mut timed, &Greeting::Data(hello))
+        .map_err(|e| peer_failed("takes no greeting", e))?;
+    let reply: DataReply = frame::read(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
+    reply.result?;
+    Ok(stream)
+}

@@ -1,0 +1,24 @@
+//! Samples on their way: out-port → connector → (socket) → in-port.
+//!
+//! A component's thread only takes locks that are held for a push or a pop, so no component can stop another here.
+
+pub mod accept;
+pub mod binding;
+pub mod connector;
+pub mod dial;
+pub mod in_port;
+pub mod out_port;
+pub mod outbox;
+pub mod queue;
+pub mod receive;
+
+/// The payload of a sample, shared by all connectors that it goes to.
+pub type Payload = bytes::Bytes;
+
+/// Name of the only encoding of this version, as the protocol shows it.
+pub const ENCODING: &str = "cdr-le";
+
+/// Samples that a queue keeps.
+pub const QUEUE_LENGTH: usize = 64;
+/// Bytes that a queue keeps, whatever the number of its samples; one sample always fits.
+pub const QUEUE_BYTES: usize = 256 * 1024 * 1024;

@@ -1,0 +1,186 @@
+//! Connectors, at both of their ends.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::Instant;
+
+use rts_manager_api::control::{Binding, ConnectRequest, Failure, ResponseBody};
+
+use crate::component::Component;
+use crate::data::accept::check_types;
+use crate::data::binding::End;
+use crate::data::connector::{Connector, Link};
+use crate::data::dial::dial;
+use crate::data::outbox::Outbox;
+use crate::failure::{conflict, internal};
+use crate::manager::Manager;
+use crate::slots::Slot;
+use crate::sync::lock;
+
+/// Lets a connector come to an in-port.
+pub fn bind(manager: &Manager, binding: Binding) -> Result<ResponseBody, Failure> {
+    let end = add_end(manager, binding)?;
+    Ok(ResponseBody::Bound {
+        incarnation: end.incarnation.clone(),
+    })
+}
+
+fn add_end(manager: &Manager, binding: Binding) -> Result<Arc<End>, Failure> {
+    let component = manager.component(&binding.instance)?;
+    let port = component.in_port(&binding.port)?;
+    let end = End::new(binding, &component.identity.incarnation, port);
+    manager.bindings.add(end, || component.check_stays())
+}
+
+/// Removes an in-port end.
+pub fn unbind(manager: &Manager, connector: &str) -> ResponseBody {
+    if let Some(end) = manager.bindings.remove(connector) {
+        manager.close_end(&end);
+    }
+    ResponseBody::Done
+}
+
+/// Removes an out-port end.
+pub fn disconnect(manager: &Manager, instance: &str, connector: &str) -> ResponseBody {
+    if let Ok(component) = manager.component(instance) {
+        for connector in component.take_connectors(|c| c.request.connector == connector) {
+            connector.close();
+        }
+    }
+    ResponseBody::Done
+}
+
+/// Connects an out-port. The same connector to the same target is left alone, another one is replaced.
+pub fn connect(
+    manager: &Arc<Manager>,
+    request: ConnectRequest,
+    deadline: Instant,
+) -> Result<ResponseBody, Failure> {
+    let component = manager.component(&request.instance)?;
+    let Some(connector) = add(&component, request)? else {
+        return Ok(ResponseBody::Done);
+    };
+    let connected = establish(manager, &component, &connector, deadline);
+    if connected.is_err() {
+        connector.close();
+        component.take_connectors(|c| Arc::ptr_eq(c, &connector));
+    }
+    connected.map(|()| ResponseBody::Done)
+}
+
+/// Adds a connector in the place of a former one of its name; none when that is the same and connected.
+fn add(component: &Component, request: ConnectRequest) -> Result<Option<Arc<Connector>>, Failure> {
+    let _wiring = lock(&component.wiring);
+    let port = component.out_port(&request.port)?;
+    if component
+        .connector(&request.connector)
+        .is_some_and(|former| former.request == request && former.state() == "Connected")
+    {
+        return Ok(None);
+    }
+    for former in component.take_connectors(|c| c.request.connector == request.connector) {
+        former.close();
+    }
+    let connector = Arc::new(Connector::new(request));
+    port.add(&connector, || component.check_stays())?;
+    Ok(Some(connector))
+}
+
+fn establish(
+    manager: &Arc<Manager>,
+    component: &Arc<Component>,
+    connector: &Arc<Connector>,
+    deadline: Instant,
+) -> Result<(), Failure> {
+    let request = &connector.request;
+    let port = component.out_port(&request.port)?;
+    let socket = match &request.target_socket {
+        None => {
+            let link = direct(manager, request, &port.data_type)?;
+            return agreed(connector.establish(link), request);
+        }
+        Some(socket) => socket,
+    };
+    let slot = manager
+        .outgoing
+        .take()
+        .ok_or_else(|| conflict("there are too many connections to other managers already"))?;
+    let stream = dial(socket, request, &port.data_type, deadline)?;
+    let outbox = Outbox::new(stream)
+        .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;
+    let outbox = Arc::new(outbox);
+    agreed(
+        connector.establish(Link::Socket(Arc::clone(&outbox))),
+        request,
+    )?;
+    send(manager, connector, outbox, slot)
+}
+
+fn agreed(established: bool, request: &ConnectRequest) -> Result<(), Failure> {
+    if established {
+        Ok(())
+    } else {
+        Err(conflict(format!(
+            "the connector {} was removed while it was being connected",
+            request.connector
+        )))
+    }
+}
+
+/// Connects to an in-port of this process. It is bound on the way when it is not yet: who asks for this controls both.
+fn direct(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Result<Link, Failure> {
+    let target = manager.component(&request.target_instance)?;
+    if target.identity.incarnation != request.target_incarnation {
+        return Err(conflict(format!(
+            "{} is incarnation {}, not {}: it was started again; ask for its inventory",
+            request.target_instance, target.identity.incarnation, request.target_incarnation
+        )));
+    }
+    let source = format!("{}.{}", request.instance, request.port);
+    let port = target.in_port(&request.target_port)?;
+    check_types(
+        &source,
+        data_type,
+        &format!("{}.{}", request.target_instance, request.target_port),
+        &port.data_type,
+    )?;
+    let end = add_end(
+        manager,
+        Binding {
+            connector: request.connector.clone(),
+            instance: request.target_instance.clone(),
+            port: request.target_port.clone(),
+            source,
+        },
+    )?;
+    Ok(Link::Direct {
+        port: Arc::clone(&end.port),
+        source: end.open(None),
+    })
+}
+
+/// Starts the thread that sends. A connection that breaks is reported, not dialled again.
+fn send(
+    manager: &Arc<Manager>,
+    connector: &Arc<Connector>,
+    outbox: Arc<Outbox>,
+    slot: Slot,
+) -> Result<(), Failure> {
+    let spawned = thread::Builder::new().name("sender".to_owned()).spawn({
+        let (events, connector) = (manager.events.clone(), Arc::clone(connector));
+        move || {
+            let reason = outbox.send();
+            if connector.close() {
+                let name = &connector.request.connector;
+                events.changed(
+                    format!("connector/{name}"),
+                    format!("disconnected: {reason}"),
+                );
+            }
+            drop(slot);
+        }
+    });
+    spawned
+        .map(drop)
+        .map_err(|e| internal(format!("no thread to send: {e}")))
+}

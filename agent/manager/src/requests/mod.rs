@@ -1,0 +1,83 @@
+//! What a control connection can ask for.
+
+mod connect;
+mod inventory;
+mod load;
+pub mod shutdown;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rts_manager_api::control::{CreateRequest, Failure, RequestBody, ResponseBody};
+
+use crate::component::{self, Action};
+use crate::failure::{list, not_found};
+use crate::manager::Manager;
+use crate::sync::lock;
+
+/// Carries out a request. Comes back by the deadline.
+pub fn handle(
+    manager: &Arc<Manager>,
+    body: RequestBody,
+    deadline: Instant,
+) -> Result<ResponseBody, Failure> {
+    let act = |instance: &str, action| -> Result<ResponseBody, Failure> {
+        manager.component(instance)?.call(action, deadline)?;
+        Ok(ResponseBody::Done)
+    };
+    match body {
+        RequestBody::LoadModule { type_name, path } => {
+            load::load(manager, &type_name, &path, deadline)
+        }
+        RequestBody::UnloadModule { type_name } => load::unload(manager, &type_name),
+        RequestBody::Factories => Ok(load::factories(manager)),
+        RequestBody::Create(request) => create(manager, &request, deadline),
+        RequestBody::Configure {
+            instance,
+            sets,
+            active,
+            rate,
+        } => act(&instance, Action::Configure { sets, active, rate }),
+        RequestBody::Bind(binding) => connect::bind(manager, binding),
+        RequestBody::Unbind { connector } => Ok(connect::unbind(manager, &connector)),
+        RequestBody::Connect(request) => connect::connect(manager, request, deadline),
+        RequestBody::Disconnect {
+            instance,
+            connector,
+        } => Ok(connect::disconnect(manager, &instance, &connector)),
+        RequestBody::Activate { instance } => act(&instance, Action::Activate),
+        RequestBody::Deactivate { instance } => act(&instance, Action::Deactivate),
+        RequestBody::Reset { instance } => act(&instance, Action::Reset),
+        RequestBody::Delete { instance } => match manager.component(&instance) {
+            Ok(component) => {
+                component.call(Action::Delete, deadline)?;
+                Ok(ResponseBody::Done)
+            }
+            Err(_) => Ok(ResponseBody::Done),
+        },
+        RequestBody::Inventory => Ok(inventory::inventory(manager)),
+        RequestBody::Shutdown => {
+            shutdown::shutdown(manager, deadline);
+            Ok(ResponseBody::Done)
+        }
+    }
+}
+
+fn create(
+    manager: &Arc<Manager>,
+    request: &CreateRequest,
+    deadline: Instant,
+) -> Result<ResponseBody, Failure> {
+    let module = {
+        let modules = lock(&manager.modules);
+        modules.get(&request.type_name).cloned().ok_or_else(|| {
+            not_found(format!(
+                "the type `{}` is not loaded; loaded are: {}",
+                request.type_name,
+                list(modules.keys().map(String::as_str))
+            ))
+        })?
+    };
+    let incarnation = component::spawn(manager, module, request, deadline)?;
+    Ok(ResponseBody::Created { incarnation })
+}

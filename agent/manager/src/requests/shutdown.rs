@@ -1,0 +1,36 @@
+//! Taking everything down before the process ends.
+
+use std::time::{Duration, Instant};
+
+use crate::component::Action;
+use crate::log;
+use crate::manager::Manager;
+
+/// Kept for the answer.
+const MARGIN: Duration = Duration::from_millis(100);
+
+/// Deletes all components at once, each on its own thread. Those that hang are left behind at the deadline.
+pub fn shutdown(manager: &Manager, deadline: Instant) {
+    manager.stop_creating();
+    let deadline = deadline
+        .checked_sub(MARGIN)
+        .unwrap_or(deadline)
+        .max(Instant::now());
+    let asked: Vec<_> = manager
+        .components()
+        .into_iter()
+        .map(|component| {
+            let pending = component.ask(Action::Delete, deadline);
+            (component, pending)
+        })
+        .collect();
+    for (component, pending) in asked {
+        let ended = pending.and_then(|pending| component.wait(&pending));
+        if let Err(failure) = ended {
+            log::error(format_args!(
+                "{} is left behind: {failure}",
+                component.identity.instance
+            ));
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The life of the process: take the run folder, accept connections, watch the socket, end in order.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use jiff::Timestamp;
+use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::control::Hello;
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
+use rustix::fs::{FileType, Mode, OFlags};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use crate::args::Settings;
+use crate::manager::Manager;
+use crate::pool::Pool;
+use crate::requests::shutdown;
+use crate::run_dir::{RunDir, RunDirError};
+use crate::slots::Slots;
+use crate::{connection, log};
+
+/// How often the socket's file is looked at.
+const WATCH: Duration = Duration::from_secs(1);
+/// Time for an orderly end after SIGTERM.
+const GRACE: Duration = Duration::from_secs(3);
+const MAX_CONTROLS: usize = 64;
+const MAX_INCOMING: usize = 1024;
+/// Connections of both kinds, and those that have not greeted yet.
+const MAX_CONNECTIONS: usize = MAX_CONTROLS + MAX_INCOMING + 64;
+const MAX_REQUESTS: usize = 64;
+
+/// A manager that cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The run folder cannot be used.
+    #[error(transparent)]
+    RunDir(#[from] RunDirError),
+    /// The process cannot be set up.
+    #[error("cannot {0}: {1}")]
+    Process(&'static str, io::Error),
+}
+
+/// What all connections share.
+pub struct Shared {
+    /// The manager.
+    pub manager: Arc<Manager>,
+    /// Threads for requests.
+    pub pool: Pool,
+    /// Control connections.
+    pub controls: Slots,
+    /// Incoming data connections.
+    pub incoming: Slots,
+    connections: Slots,
+    end: OwnedFd,
+}
+
+impl Shared {
+    /// Lets the process end, after its components have.
+    pub fn end(&self) {
+        // Fails only when it is signalled already.
+        let _ = rustix::io::write(&self.end, &1_u64.to_ne_bytes());
+    }
+}
+
+/// Serves until a signal or a request ends it.
+pub fn run(settings: Settings) -> Result<(), ServeError> {
+    let process = |what| move |error| ServeError::Process(what, error);
+    let parent = take_stdin().map_err(process("take standard input over"))?;
+    let signals = signals().map_err(process("listen to signals"))?;
+    let hello = Hello {
+        version: PROTOCOL_VERSION,
+        system: settings.system,
+        name: settings.name,
+        incarnation: settings.incarnation,
+        pid: std::process::id(),
+        started: format!("{:.3}", Timestamp::now()),
+    };
+    let mut run_dir = RunDir::take(&settings.dir, &hello)?;
+    let shared = Arc::new(Shared {
+        manager: Arc::new(Manager::new(hello)),
+        pool: Pool::new(MAX_REQUESTS),
+        controls: Slots::new(MAX_CONTROLS),
+        incoming: Slots::new(MAX_INCOMING),
+        connections: Slots::new(MAX_CONNECTIONS),
+        end: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
+            .map_err(|e| ServeError::Process("make an event", e.into()))?,
+    });
+    if let Some(stream) = parent {
+        admit(stream, &shared);
+    }
+    if serve(&mut run_dir, &shared, &signals)? == Ended::Signal {
+        log::info(format_args!("a signal ends this manager"));
+        shutdown::shutdown(&shared.manager, Instant::now() + GRACE);
+    }
+    run_dir.leave();
+    Ok(())
+}
+
+#[derive(PartialEq, Eq)]
+enum Ended {
+    Signal,
+    Request,
+}
+
+fn serve(
+    run_dir: &mut RunDir,
+    shared: &Arc<Shared>,
+    signals: &UnixStream,
+) -> Result<Ended, ServeError> {
+    let mut watched = Instant::now();
+    loop {
+        let wait = WATCH.saturating_sub(watched.elapsed());
+        let mut fds = [
+            PollFd::new(run_dir.listener(), PollFlags::IN),
+            PollFd::new(signals, PollFlags::IN),
+            PollFd::new(&shared.end, PollFlags::IN),
+        ];
+        let timeout = Timespec::try_from(wait).unwrap_or(Timespec {
+            tv_sec: 1,
+            tv_nsec: 0,
+        });
+        match poll(&mut fds, Some(&timeout)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(ServeError::Process("wait for connections", error.into())),
+        }
+        let [connections, signal, end] = fds.map(|fd| !fd.revents().is_empty());
+        if end {
+            return Ok(Ended::Request);
+        }
+        if signal {
+            return Ok(Ended::Signal);
+        }
+        if connections {
+            accept(run_dir, shared);
+        }
+        if watched.elapsed() >= WATCH {
+            run_dir.repair();
+            watched = Instant::now();
+        }
+    }
+}
+
+fn accept(run_dir: &RunDir, shared: &Arc<Shared>) {
+    match run_dir.listener().accept() {
+        Ok((stream, _)) => {
+            if stream.set_nonblocking(false).is_ok() {
+                admit(stream, shared);
+            }
+        }
+        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+        Err(error) => {
+            log::warn(format_args!("a connection could not be accepted: {error}"));
+            // Out of file descriptors, most likely: it stays ready, so do not spin.
+            thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+/// Gives a connection its thread.
+fn admit(stream: UnixStream, shared: &Arc<Shared>) {
+    let Some(slot) = shared.connections.take() else {
+        log::warn(format_args!("a connection was closed: too many are open"));
+        return;
+    };
+    let shared = Arc::clone(shared);
+    let spawned = thread::Builder::new()
+        .name("connection".to_owned())
+        .spawn(move || {
+            connection::serve(stream, &shared);
+            drop(slot);
+        });
+    if let Err(error) = spawned {
+        log::warn(format_args!("a connection was closed: {error}"));
+    }
+}
+
+/// A socket as standard input is a connection that the parent has open already.
+fn take_stdin() -> io::Result<Option<UnixStream>> {
+    let stdin = rustix::stdio::stdin();
+    let Ok(stat) = rustix::fs::fstat(stdin) else {
+        return Ok(None);
+    };
+    if FileType::from_raw_mode(stat.st_mode) != FileType::Socket {
+        return Ok(None);
+    }
+    let socket = rustix::io::fcntl_dupfd_cloexec(stdin, 3)?;
+    let null = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
+    rustix::stdio::dup2_stdin(&null)?;
+    let stream = UnixStream::from(socket);
+    stream.set_nonblocking(false)?;
+    Ok(Some(stream))
+}
+
+/// A stream that becomes readable at SIGTERM and SIGINT. SIGHUP is ignored; SIGPIPE is by Rust's start-up code.
+fn signals() -> io::Result<UnixStream> {
+    let (read, write) = UnixStream::pair()?;
+    signal_hook::low_level::pipe::register(SIGTERM, write.try_clone()?)?;
+    signal_hook::low_level::pipe::register(SIGINT, write)?;
+    signal_hook::flag::register(SIGHUP, Arc::default())?;
+    Ok(read)
+}

@@ -1,0 +1,318 @@
+//! Components in a real manager process: life cycle, configuration, failures, hangs.
+
+mod support;
+
+use std::time::Duration;
+
+use rts_manager_api::control::*;
+use support::*;
+
+#[test]
+fn a_component_lives_and_is_seen() {
+    let manager = start("m");
+    let mut client = manager.client();
+    assert_eq!(client.hello().name, "m");
+    assert_eq!(client.hello().incarnation, "i-1");
+    let ResponseBody::Module(module) = ok(&mut client, load_testmod()) else {
+        panic!()
+    };
+    assert_eq!(module.parameters["produce"], "0");
+    assert_eq!(
+        ok(&mut client, load_testmod()),
+        ResponseBody::Module(module)
+    );
+
+    let incarnation = manager.create("A", &[("produce", "1")]);
+    let seen = component(&mut client, "A");
+    assert_eq!((seen.state.as_str(), seen.rate), ("Inactive", 1000.0));
+    assert_eq!(seen.incarnation, incarnation);
+    assert_eq!(seen.sets["default"]["produce"], "1");
+    assert_eq!(seen.sets["default"]["hang_ms"], "0");
+    assert_eq!(seen.executions, 0);
+
+    ok(&mut client, activate("A"));
+    ok(&mut client, activate("A"));
+    until("it executes", || {
+        component(&mut client, "A").executions >= 3
+    });
+    ok(&mut client, deactivate("A"));
+    let seen = component(&mut client, "A");
+    assert_eq!(seen.state, "Inactive");
+    let delete = || RequestBody::Delete {
+        instance: "A".to_owned(),
+    };
+    ok(&mut client, delete());
+    ok(&mut client, delete());
+    assert!(inventory(&mut client).components.is_empty());
+
+    let log = manager.log("A");
+    let words: Vec<_> = log
+        .lines()
+        .map(|line| line.split_once(' ').unwrap().1)
+        .collect();
+    assert_eq!(
+        words,
+        [
+            "INFO on_initialize",
+            "INFO Created -> Inactive",
+            "INFO on_startup",
+            "INFO on_activated",
+            "INFO Inactive -> Active",
+            "INFO on_deactivated",
+            "INFO Active -> Inactive",
+            "INFO on_shutdown",
+            "INFO on_finalize",
+            "INFO Inactive -> Created",
+            "INFO deleted",
+        ]
+    );
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_and_says_why() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let mut refuse = |body| {
+        let failure = refused(&mut client, body, SOON);
+        (failure.code, failure.message)
+    };
+    let (code, message) = refuse(manager.testmod("A", &[]));
+    assert_eq!(code, FailureCode::NotFound);
+    assert_eq!(
+        message,
+        "the type `Testmod` is not loaded; loaded are: none"
+    );
+
+    let (code, message) = refuse(RequestBody::LoadModule {
+        type_name: "X".to_owned(),
+        path: "/nowhere/libx.so".to_owned(),
+    });
+    assert_eq!(code, FailureCode::LoadFailed);
+    assert!(message.contains("No such file"), "{message}");
+
+    let RequestBody::LoadModule { path, .. } = load_testmod() else {
+        panic!()
+    };
+    let (code, message) = refuse(RequestBody::LoadModule {
+        type_name: "Other".to_owned(),
+        path: path.clone(),
+    });
+    assert_eq!(code, FailureCode::LoadFailed);
+    assert!(
+        message.contains("it holds the type `Testmod`, not `Other`"),
+        "{message}"
+    );
+
+    manager.create("A", &[]);
+    let (code, message) = refuse(manager.testmod("A", &[]));
+    assert_eq!(code, FailureCode::Conflict);
+    assert!(
+        message.starts_with("there is a component `A` already"),
+        "{message}"
+    );
+
+    let (code, message) = refuse(manager.testmod("B", &[("colour", "red")]));
+    assert_eq!(code, FailureCode::Invalid);
+    assert_eq!(
+        message,
+        "B: there is no parameter `colour`; the parameters are: code, fail, hang, hang_ms, produce, reason"
+    );
+    let (code, message) = refuse(manager.testmod("B", &[("produce", "many")]));
+    assert_eq!(code, FailureCode::Invalid);
+    assert_eq!(
+        message,
+        "B: parameter `produce` = `many`: it is not a number"
+    );
+    let (code, message) = refuse(manager.testmod("B", &[("fail", "on_initialize")]));
+    assert_eq!(code, FailureCode::ComponentFailed);
+    assert_eq!(message, "B: on_initialize returned RTC_ERROR");
+
+    let (code, message) = refuse(RequestBody::UnloadModule {
+        type_name: "Testmod".to_owned(),
+    });
+    assert_eq!(code, FailureCode::Conflict);
+    assert!(message.contains("used by A"), "{message}");
+    let (code, message) = refuse(activate("Z"));
+    assert_eq!(code, FailureCode::NotFound);
+    assert_eq!(
+        message,
+        "there is no component `Z` in the manager m; there are: A"
+    );
+
+    let instances: Vec<_> = inventory(&mut client)
+        .components
+        .into_iter()
+        .map(|c| c.instance)
+        .collect();
+    assert_eq!(instances, ["A"]);
+}
+
+#[test]
+fn configuration_changes_in_place_all_or_nothing() {
+    let manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[]);
+    let configure = |sets: &[(&str, &str)], rate| RequestBody::Configure {
+        instance: "A".to_owned(),
+        sets: default_set(sets),
+        active: None,
+        rate,
+    };
+    ok(
+        &mut client,
+        configure(&[("produce", "2"), ("code", "5")], Some(50.0)),
+    );
+    let seen = component(&mut client, "A");
+    assert_eq!(seen.sets["default"]["produce"], "2");
+    assert_eq!(seen.rate, 50.0);
+    assert!(manager.log("A").contains("on_rate_changed"));
+
+    // `code` comes before `produce`: it is set, and set back.
+    let failure = refused(
+        &mut client,
+        configure(&[("code", "3"), ("produce", "x")], None),
+        SOON,
+    );
+    assert_eq!(failure.code, FailureCode::Invalid);
+    assert_eq!(component(&mut client, "A").sets["default"]["code"], "5");
+    let failure = refused(&mut client, configure(&[], Some(0.0)), SOON);
+    assert_eq!(
+        failure.message,
+        "the rate 0 Hz is not between 0.001 and 100000 Hz"
+    );
+
+    ok(&mut client, configure(&[("fail", "on_execute")], None));
+    ok(&mut client, activate("A"));
+    until("the old code is in force", || {
+        component(&mut client, "A").message.as_deref()
+            == Some("on_execute returned PRECONDITION_NOT_MET")
+    });
+}
+
+#[test]
+fn a_failure_leads_to_error_with_its_reason_and_reset_leads_out() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let mut events = Listener::connect(&manager);
+    manager.create("A", &[("fail", "on_execute"), ("reason", "no oil")]);
+    ok(&mut client, activate("A"));
+    assert_eq!(
+        events.event("component/A"),
+        "went to Error: on_execute: no oil"
+    );
+    let seen = component(&mut client, "A");
+    assert_eq!(seen.state, "Error");
+    assert_eq!(seen.message.as_deref(), Some("on_execute: no oil"));
+    assert!(
+        manager
+            .log("A")
+            .contains("ERROR Active -> Error: on_execute: no oil")
+    );
+
+    ok(&mut client, deactivate("A"));
+    assert_eq!(component(&mut client, "A").state, "Error");
+    let failure = refused(&mut client, activate("A"), SOON);
+    assert_eq!(failure.code, FailureCode::ComponentFailed);
+    assert_eq!(
+        failure.message,
+        "A: it is in Error: reset it first (on_execute: no oil)"
+    );
+    let configure = |value: &str| RequestBody::Configure {
+        instance: "A".to_owned(),
+        sets: default_set(&[("fail", value)]),
+        active: None,
+        rate: None,
+    };
+    let reset = || RequestBody::Reset {
+        instance: "A".to_owned(),
+    };
+    ok(&mut client, configure("on_reset"));
+    assert_eq!(
+        refused(&mut client, reset(), SOON).message,
+        "A: on_reset: no oil"
+    );
+    ok(&mut client, configure(""));
+    ok(&mut client, reset());
+    let seen = component(&mut client, "A");
+    assert_eq!((seen.state.as_str(), seen.message), ("Inactive", None));
+
+    ok(&mut client, configure("on_activated"));
+    assert_eq!(
+        refused(&mut client, activate("A"), SOON).message,
+        "A: on_activated: no oil"
+    );
+    assert_eq!(component(&mut client, "A").state, "Error");
+    assert!(manager.log("A").contains("on_aborting"));
+}
+
+#[test]
+fn one_that_hangs_is_named_and_stops_nobody_else() {
+    let mut manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[("hang", "on_activated"), ("hang_ms", "60000")]);
+    manager.create("B", &[]);
+    let mut events = Listener::connect(&manager);
+    let failure = refused(&mut client, activate("A"), Duration::from_millis(200));
+    assert_eq!(failure.code, FailureCode::Deadline);
+    assert_eq!(failure.message, "A has been in on_activated for 0.2 s");
+
+    ok(&mut client, activate("B"));
+    let start = std::time::Instant::now();
+    assert_eq!(component(&mut client, "A").state, "Inactive");
+    until("B executes", || component(&mut client, "B").executions > 3);
+    let failure = refused(&mut client, deactivate("A"), Duration::from_millis(10));
+    assert!(
+        failure
+            .message
+            .starts_with("A has been in on_activated for")
+    );
+    assert!(start.elapsed() < Duration::from_secs(5));
+
+    // A second component that comes back late says so by itself.
+    manager.create("C", &[("hang", "on_activated"), ("hang_ms", "300")]);
+    let failure = refused(&mut client, activate("C"), Duration::from_millis(20));
+    assert_eq!(failure.code, FailureCode::Deadline);
+    assert_eq!(
+        events.event("component/C"),
+        "is Active, after its request's deadline"
+    );
+
+    // Shutdown does not wait for it beyond its deadline.
+    let start = std::time::Instant::now();
+    let answer = client.call(RequestBody::Shutdown, Duration::from_millis(600));
+    assert!(matches!(answer, Ok(ResponseBody::Done)), "{answer:?}");
+    assert!(manager.wait().success());
+    assert!(start.elapsed() < Duration::from_secs(3));
+    assert!(manager.log("B").contains("on_finalize"));
+}
+
+#[test]
+fn requests_on_one_connection_do_not_wait_for_each_other() {
+    use rts_manager_api::frame;
+    let manager = start("m");
+    manager.create("A", &[("hang", "on_activated"), ("hang_ms", "60000")]);
+    manager.create("B", &[]);
+    let mut stream = manager.connect();
+    frame::write(&mut stream, &Greeting::Control { version: 1 }).unwrap();
+    let _: Hello = frame::read(&mut stream).unwrap();
+    for (id, body) in [
+        (1, activate("A")),
+        (2, activate("B")),
+        (3, RequestBody::Inventory),
+    ] {
+        let request = Request {
+            id,
+            deadline_ms: 1500,
+            body,
+        };
+        frame::write(&mut stream, &request).unwrap();
+    }
+    let mut order = Vec::new();
+    while order.len() < 3 {
+        if let FromManager::Response(response) = frame::read(&mut stream).unwrap() {
+            order.push((response.id, response.result.is_ok()));
+        }
+    }
+    assert_eq!(order[2], (1, false));
+    assert!(order[..2].contains(&(2, true)) && order[..2].contains(&(3, true)));
+}

@@ -1,0 +1,263 @@
+//! The manager as a process: start, readiness, files, signals, and what strangers send.
+
+mod support;
+
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::net::UnixStream;
+use std::process::Stdio;
+use std::time::Duration;
+
+use rts_manager_api::client::Client;
+use rts_manager_api::control::*;
+use rts_manager_api::files::ManagerFile;
+use rts_manager_api::frame;
+use support::*;
+
+#[test]
+fn a_socket_as_standard_input_is_the_first_connection_and_says_when_it_is_ready() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let dir = home.path().join("m");
+    let (ours, theirs) = UnixStream::pair().unwrap();
+    let mut child = command(&dir, "m")
+        .args(["--system-name", "s", "--system-uid", "u"])
+        .stdin(Stdio::from(OwnedFd::from(theirs)))
+        .spawn()
+        .unwrap();
+    let mut client = Client::greet(ours, SOON).unwrap();
+    let hello = client.hello().clone();
+    assert_eq!(hello.pid, child.id());
+    let file: ManagerFile =
+        serde_json::from_slice(&std::fs::read(dir.join("manager.json")).unwrap()).unwrap();
+    assert_eq!(file.system.as_ref().unwrap().name, "s");
+    assert_eq!((file.system, file.pid), (hello.system, hello.pid));
+    assert_eq!(file.incarnation, "i-1");
+    assert_eq!(file.started, hello.started);
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
+    let ticks = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .nth(19)
+        .unwrap();
+    assert_eq!(file.start_ticks.to_string(), ticks);
+    assert_eq!(file.boot_id.len(), 36);
+    let stdin = std::fs::read_link(format!("/proc/{}/fd/0", child.id())).unwrap();
+    assert_eq!(stdin.to_str(), Some("/dev/null"));
+    for name in ["control.sock", "manager.json", "lock"] {
+        let mode = dir.join(name).metadata().unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600, "{name}");
+    }
+
+    ok(&mut client, RequestBody::Shutdown);
+    assert!(child.wait().unwrap().success());
+    assert!(!dir.join("control.sock").exists());
+    assert!(!dir.join("manager.json").exists());
+}
+
+#[test]
+fn the_end_of_its_parent_s_connection_does_not_end_it() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let dir = home.path().join("m");
+    let (ours, theirs) = UnixStream::pair().unwrap();
+    let mut child = command(&dir, "m")
+        .stdin(Stdio::from(OwnedFd::from(theirs)))
+        .spawn()
+        .unwrap();
+    drop(Client::greet(ours, SOON).unwrap());
+    let mut client = Client::connect(&dir.join("control.sock"), SOON).unwrap();
+    ok(&mut client, RequestBody::Shutdown);
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
+fn a_signal_ends_it_in_order() {
+    for signal in ["-TERM", "-INT"] {
+        let mut manager = start("m");
+        let mut client = manager.client();
+        manager.create("A", &[]);
+        ok(&mut client, activate("A"));
+        manager.signal("-HUP");
+        ok(&mut client, RequestBody::Inventory);
+        manager.signal(signal);
+        assert_eq!(manager.wait().code(), Some(0));
+        let log = manager.log("A");
+        assert!(
+            log.contains("on_deactivated") && log.contains("on_finalize"),
+            "{log}"
+        );
+        assert!(!manager.socket().exists());
+        assert!(!manager.dir.join("manager.json").exists());
+    }
+}
+
+#[test]
+fn a_component_that_hangs_does_not_keep_it_from_ending() {
+    let mut manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[("hang", "on_deactivated"), ("hang_ms", "60000")]);
+    ok(&mut client, activate("A"));
+    let start = std::time::Instant::now();
+    manager.signal("-TERM");
+    assert_eq!(manager.wait().code(), Some(0));
+    assert!(start.elapsed() < Duration::from_millis(4500));
+    assert!(!manager.socket().exists());
+}
+
+#[test]
+fn a_second_manager_in_the_same_folder_is_refused_and_harms_nothing() {
+    let manager = start("m");
+    let output = command(&manager.dir, "other").output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("held by another manager that still runs"),
+        "{error}"
+    );
+    assert_eq!(manager.client().hello().name, "m");
+}
+
+#[test]
+fn what_a_killed_manager_left_is_no_obstacle() {
+    let manager = start("m");
+    manager.signal("-KILL");
+    until("it is dead", || {
+        UnixStream::connect(manager.socket()).is_err()
+    });
+    assert!(manager.socket().exists());
+    let mut again = command(&manager.dir, "again").spawn().unwrap();
+    until("the next one serves", || {
+        UnixStream::connect(manager.socket()).is_ok()
+    });
+    let mut client = manager.client();
+    assert_eq!(client.hello().name, "again");
+    ok(&mut client, RequestBody::Shutdown);
+    assert!(again.wait().unwrap().success());
+}
+
+#[test]
+fn a_socket_that_was_removed_or_replaced_is_bound_anew() {
+    let manager = start("m");
+    let mut old = manager.client();
+    let inode = |path: &std::path::Path| path.metadata().map(|file| file.ino()).ok();
+    let first = inode(&manager.socket());
+    std::fs::remove_file(manager.socket()).unwrap();
+    until("it is bound anew", || {
+        UnixStream::connect(manager.socket()).is_ok()
+    });
+    assert_eq!(manager.client().hello().name, "m");
+    std::fs::remove_file(manager.socket()).unwrap();
+    std::fs::write(manager.socket(), "x").unwrap();
+    until("it is bound once more", || {
+        UnixStream::connect(manager.socket()).is_ok()
+    });
+    assert_ne!(inode(&manager.socket()), first);
+    ok(&mut old, RequestBody::Inventory);
+}
+
+#[test]
+fn nonsense_on_the_socket_does_no_harm() {
+    let manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[]);
+    let greeting = frame::encode(&Greeting::Control { version: 1 }).unwrap();
+    let framed = |text: &str| [&(text.len() as u32).to_be_bytes()[..], text.as_bytes()].concat();
+    let attempts = [
+        b"GET / HTTP/1.1\r\n\r\n".to_vec(),
+        framed("null"),
+        framed(r#"{"role":"king"}"#),
+        framed("\u{0}\u{1}"),
+        vec![0, 0],
+        [greeting.clone(), framed("[]")].concat(),
+        [greeting.clone(), framed(r#"{"id":-1}"#)].concat(),
+        [greeting.clone(), framed(&"[".repeat(100_000))].concat(),
+        [greeting.clone(), u32::MAX.to_be_bytes().to_vec()].concat(),
+    ];
+    for attempt in attempts {
+        let mut stream = manager.connect();
+        stream.write_all(&attempt).unwrap();
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        // It closes, perhaps after its hello; a reset is an end as well.
+        let _ = stream.read_to_end(&mut Vec::new());
+    }
+    ok(&mut client, activate("A"));
+
+    // A request from a future version is refused, and the connection goes on.
+    let mut stream = manager.connect();
+    stream.write_all(&greeting).unwrap();
+    let _: Hello = frame::read(&mut stream).unwrap();
+    stream
+        .write_all(&framed(
+            r#"{"id":7,"deadlineMs":99999999999999,"body":{"op":"fly"}}"#,
+        ))
+        .unwrap();
+    let FromManager::Response(response) = frame::read(&mut stream).unwrap() else {
+        panic!()
+    };
+    assert_eq!(response.id, 7);
+    let failure = response.result.unwrap_err();
+    assert_eq!(failure.code, FailureCode::Invalid);
+    assert!(
+        failure.message.contains("unknown variant `fly`"),
+        "{}",
+        failure.message
+    );
+
+    // The version before this one is served.
+    let mut stream = manager.connect();
+    frame::write(&mut stream, &Greeting::Control { version: 0 }).unwrap();
+    let _: Hello = frame::read(&mut stream).unwrap();
+    stream
+        .write_all(&framed(
+            r#"{"id":1,"deadlineMs":1000,"body":{"op":"inventory"}}"#,
+        ))
+        .unwrap();
+    let answer: FromManager = frame::read(&mut stream).unwrap();
+    assert!(matches!(
+        answer,
+        FromManager::Response(Response {
+            id: 1,
+            result: Ok(_)
+        })
+    ));
+
+    // Another protocol version is told ours and sent away.
+    let mut stream = manager.connect();
+    frame::write(&mut stream, &Greeting::Control { version: 99 }).unwrap();
+    let hello: Hello = frame::read(&mut stream).unwrap();
+    assert_eq!(hello.version, 1);
+    assert_eq!(stream.read(&mut [0]).unwrap(), 0);
+    assert_eq!(component(&mut client, "A").state, "Active");
+}
+
+#[test]
+fn one_who_connects_and_stays_silent_is_sent_away() {
+    let manager = start("m");
+    let mut stream = manager.connect();
+    assert_eq!(stream.read(&mut [0]).unwrap(), 0);
+}
+
+#[test]
+fn wrong_usage_says_what_is_wrong() {
+    let output = std::process::Command::new(built("manager"))
+        .args(["--name", "x"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("--dir is missing")
+    );
+    let long = format!("/tmp/{}", "x".repeat(120));
+    let output = command(std::path::Path::new(&long), "m").output().unwrap();
+    let _ = std::fs::remove_dir_all(&long);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("RTSCTL_HOME")
+    );
+}

@@ -1,0 +1,311 @@
+//! A manager for unit tests: drives a component through the same C ABI as a real one, without threads or time.
+//!
+//! ```ignore
+//! let mut host = TestHost::of::<Gain>()?;
+//! host.configure("factor", "3")?;
+//! host.activate()?;
+//! host.send("in", &TimedDouble::now(2.0));
+//! host.execute()?;
+//! assert_eq!(host.take::<TimedDouble>("out")[0].data, 6.0);
+//! ```
+
+#![allow(unsafe_code)]
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::ffi::c_void;
+use std::fmt;
+use std::ptr;
+use std::rc::Rc;
+
+use crate::abi::{self, Buffer, Host, Module, Text, callback, return_code};
+use crate::export::ModuleCell;
+use crate::types::DataType;
+use crate::{Component, ReturnCode, text};
+
+/// Samples that a port's queue holds; the oldest is dropped, as in a manager.
+const QUEUE: usize = 1024;
+
+/// A call did not return OK.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failure {
+    /// The code.
+    pub code: ReturnCode,
+    /// What the component said before it; empty when nothing.
+    pub reason: String,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.code, self.reason)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// A component and what it did.
+#[derive(Debug)]
+pub struct TestHost {
+    module: &'static Module,
+    instance: *mut c_void,
+    state: Rc<RefCell<State>>,
+    /// The component keeps a pointer to it.
+    _host: Rc<Host>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    queues: BTreeMap<u32, VecDeque<Sample>>,
+    lent: BTreeMap<u32, Sample>,
+    log: Vec<(u32, String)>,
+    reason: String,
+}
+
+#[derive(Debug)]
+struct Sample {
+    type_id: String,
+    encoding: u32,
+    data: Vec<u8>,
+}
+
+impl TestHost {
+    /// Creates and initialises a component.
+    pub fn of<C: Component>() -> Result<Self, Failure> {
+        // One descriptor is leaked per call; in tests that is of no matter.
+        let cell: &'static ModuleCell = Box::leak(Box::new(ModuleCell::new()));
+        let mut host = Self::create(cell.get::<C>())?;
+        host.callback(callback::INITIALIZE)?;
+        Ok(host)
+    }
+
+    /// Creates a component of a module, and calls nothing more.
+    pub fn create(module: &'static Module) -> Result<Self, Failure> {
+        let state = Rc::new(RefCell::new(State::default()));
+        let host = Rc::new(Host {
+            abi_version: abi::ABI_VERSION,
+            size: size_of::<Host>() as u32,
+            context: Rc::as_ptr(&state).cast_mut().cast(),
+            log,
+            write,
+            read,
+            fail,
+        });
+        let mut instance = ptr::null_mut();
+        // SAFETY: the host lives in `Self` as long as the instance; `instance` can be written to.
+        let code = unsafe { (module.create)(Rc::as_ptr(&host), &raw mut instance) };
+        outcome(&state, code)?;
+        Ok(Self {
+            module,
+            instance,
+            state,
+            _host: host,
+        })
+    }
+
+    /// The descriptor.
+    pub fn module(&self) -> &'static Module {
+        self.module
+    }
+
+    /// Sets a parameter.
+    pub fn configure(&mut self, name: &str, value: &str) -> Result<(), Failure> {
+        // SAFETY: the instance is alive; the texts live until the call returns.
+        let code =
+            unsafe { (self.module.configure)(self.instance, text::lend(name), text::lend(value)) };
+        outcome(&self.state, code)
+    }
+
+    /// Calls one of [`abi::callback`].
+    pub fn callback(&mut self, callback: u32) -> Result<(), Failure> {
+        // SAFETY: the instance is alive.
+        let code = unsafe { (self.module.callback)(self.instance, callback) };
+        outcome(&self.state, code)
+    }
+
+    /// Calls `on_activated`.
+    pub fn activate(&mut self) -> Result<(), Failure> {
+        self.callback(callback::ACTIVATED)
+    }
+
+    /// Calls `on_execute`.
+    pub fn execute(&mut self) -> Result<(), Failure> {
+        self.callback(callback::EXECUTE)
+    }
+
+    /// Calls `on_deactivated`.
+    pub fn deactivate(&mut self) -> Result<(), Failure> {
+        self.callback(callback::DEACTIVATED)
+    }
+
+    /// Puts a sample into an in-port's queue.
+    ///
+    /// # Panics
+    /// When there is no such in-port, or the value cannot be encoded.
+    pub fn send<T: DataType>(&mut self, port: &str, value: &T) {
+        let mut data = Vec::new();
+        value.encode(&mut data).expect("a value that CDR can hold");
+        self.send_raw(port, T::TYPE_ID, &data);
+    }
+
+    /// Puts any bytes into an in-port's queue.
+    ///
+    /// # Panics
+    /// When there is no such in-port.
+    pub fn send_raw(&mut self, port: &str, type_id: &str, data: &[u8]) {
+        let port = self.port(port, abi::PORT_IN);
+        let sample = Sample {
+            type_id: type_id.into(),
+            encoding: abi::ENCODING_CDR_LE,
+            data: data.into(),
+        };
+        self.state.borrow_mut().push(port, sample);
+    }
+
+    /// Takes what was written to an out-port.
+    ///
+    /// # Panics
+    /// When there is no such out-port, or it has another type.
+    pub fn take<T: DataType>(&mut self, port: &str) -> Vec<T> {
+        let port = self.port(port, abi::PORT_OUT);
+        let samples = self.state.borrow_mut().queues.remove(&port);
+        let decode = |sample: Sample| {
+            assert_eq!(sample.type_id, T::TYPE_ID, "type of the sample");
+            T::decode(&sample.data).expect("a sample of this SDK")
+        };
+        samples
+            .unwrap_or_default()
+            .into_iter()
+            .map(decode)
+            .collect()
+    }
+
+    /// Takes the lines that were logged.
+    pub fn take_log(&mut self) -> Vec<String> {
+        let lines = std::mem::take(&mut self.state.borrow_mut().log);
+        lines.into_iter().map(|(_, line)| line).collect()
+    }
+
+    /// Names, directions and types of the ports, and the parameters with their defaults, one a line.
+    pub fn describe(&self) -> String {
+        let mut out = String::new();
+        for port in ports(self.module) {
+            // SAFETY: texts of a descriptor are static.
+            let (name, type_id) = unsafe { (text::read(port.name), text::read(port.type_id)) };
+            let direction = ["in", "out"][(port.direction == abi::PORT_OUT) as usize];
+            out += &format!("{direction} {name} {type_id}\n");
+        }
+        for parameter in parameters(self.module) {
+            // SAFETY: as above.
+            let (name, default) =
+                unsafe { (text::read(parameter.name), text::read(parameter.default)) };
+            out += &format!("{name}={default}\n");
+        }
+        out
+    }
+
+    fn port(&self, name: &str, direction: u32) -> u32 {
+        let found = ports(self.module).iter().position(|port| {
+            // SAFETY: texts of a descriptor are static.
+            port.direction == direction && unsafe { text::read(port.name) } == name
+        });
+        match found {
+            Some(index) => index as u32,
+            None => panic!(
+                "no port `{name}` in this direction; the type has\n{}",
+                self.describe()
+            ),
+        }
+    }
+}
+
+impl Drop for TestHost {
+    fn drop(&mut self) {
+        // SAFETY: the instance is alive and not used again.
+        unsafe { (self.module.destroy)(self.instance) }
+    }
+}
+
+impl State {
+    fn push(&mut self, port: u32, sample: Sample) {
+        let queue = self.queues.entry(port).or_default();
+        if queue.len() == QUEUE {
+            queue.pop_front();
+        }
+        queue.push_back(sample);
+    }
+}
+
+fn ports(module: &'static Module) -> &'static [abi::Port] {
+    // SAFETY: a descriptor's arrays are static; ours are never null, even when empty.
+    unsafe { std::slice::from_raw_parts(module.ports, module.ports_len) }
+}
+
+fn parameters(module: &'static Module) -> &'static [abi::Parameter] {
+    // SAFETY: as in `ports`.
+    unsafe { std::slice::from_raw_parts(module.parameters, module.parameters_len) }
+}
+
+fn outcome(state: &RefCell<State>, code: i32) -> Result<(), Failure> {
+    let reason = std::mem::take(&mut state.borrow_mut().reason);
+    match code {
+        return_code::OK => Ok(()),
+        code => Err(Failure {
+            code: ReturnCode::from_number(code),
+            reason,
+        }),
+    }
+}
+
+/// # Safety
+/// `context` must be that of the host made in [`TestHost::create`].
+unsafe fn state<'a>(context: *mut c_void) -> &'a RefCell<State> {
+    // SAFETY: it points into the `Rc` that the host's owner holds.
+    unsafe { &*context.cast::<RefCell<State>>() }
+}
+
+unsafe extern "C" fn log(context: *mut c_void, level: u32, message: Text) {
+    // SAFETY: a component passes the host's context and a text that lives until the call returns.
+    let (state, message) = unsafe { (state(context), text::read(message)) };
+    state.borrow_mut().log.push((level, message));
+}
+
+unsafe extern "C" fn fail(context: *mut c_void, reason: Text) {
+    // SAFETY: as in `log`.
+    let (state, reason) = unsafe { (state(context), text::read(reason)) };
+    state.borrow_mut().reason = reason;
+}
+
+unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffer) -> i32 {
+    // SAFETY: a component passes the host's context and a sample that lives until the call returns.
+    let (state, sample) = unsafe {
+        let sample = &*sample;
+        let data = std::slice::from_raw_parts(sample.data, sample.len);
+        let sample = Sample {
+            type_id: text::read(sample.type_id),
+            encoding: sample.encoding,
+            data: data.into(),
+        };
+        (state(context), sample)
+    };
+    state.borrow_mut().push(port, sample);
+    return_code::OK
+}
+
+unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) -> i32 {
+    // SAFETY: a component passes the host's context.
+    let mut state = unsafe { state(context) }.borrow_mut();
+    let Some(next) = state.queues.get_mut(&port).and_then(VecDeque::pop_front) else {
+        return abi::NO_DATA;
+    };
+    let buffer = Buffer {
+        type_id: text::lend(&next.type_id),
+        encoding: next.encoding,
+        data: next.data.as_ptr(),
+        len: next.data.len(),
+    };
+    // Moving a sample does not move its bytes.
+    state.lent.insert(port, next);
+    // SAFETY: a component passes a place to write to.
+    unsafe { *sample = buffer };
+    return_code::OK
+}

@@ -1,0 +1,134 @@
+//! What the parts of an agent share.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use rts_agent_api::PROTOCOL_VERSION;
+use rts_agent_api::messages::{NodeInfo, NodeSpecEnvelope, NodeSpecReceipt};
+use rts_http::problem::Problem;
+use tokio::sync::{Mutex, Notify};
+
+use crate::batches::Batches;
+use crate::config::Config;
+use crate::events::Events;
+use crate::folders::{FolderError, Folders};
+use crate::inventory::Keeper;
+use crate::launch::Launcher;
+use crate::ledger::{FileStore, Ledger, LedgerError};
+use crate::managers::Managers;
+use crate::modules::Modules;
+use crate::restarts::Restarts;
+
+/// An agent that cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// Home or node name are not usable.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The ledger is not usable.
+    #[error(transparent)]
+    Ledger(#[from] LedgerError),
+    /// Another agent runs.
+    #[error("another agent of node {node} runs already: it holds {}", lock.display())]
+    Running {
+        /// Node name.
+        node: String,
+        /// The lock.
+        lock: PathBuf,
+    },
+    /// A file cannot be used.
+    #[error("cannot use {}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The HTTP client of the controller cannot be made.
+    #[error("cannot make a client of the controller")]
+    Client(#[source] rts_http::client::ClientError),
+}
+
+/// The state of an agent.
+pub(crate) struct Agent {
+    pub config: Config,
+    pub folders: Folders,
+    /// Unique id of this start.
+    pub session: String,
+    pub ledger: Mutex<Ledger>,
+    pub launcher: Arc<dyn Launcher>,
+    pub managers: Managers,
+    pub modules: Modules,
+    pub inventory: Keeper,
+    pub restarts: Restarts,
+    pub batches: Batches,
+    pub events: Events,
+    /// Rings when the inventory may have changed.
+    pub dirty: Notify,
+    /// Held while a name for a component made by hand is chosen and taken.
+    pub naming: Mutex<()>,
+}
+
+impl Agent {
+    /// Makes the folders and reads the ledger.
+    pub fn new(config: Config, launcher: Arc<dyn Launcher>) -> Result<Self, StartError> {
+        let folders = Folders::new(&config.home, &config.node)?;
+        folders.make()?;
+        let store = Arc::new(FileStore::new(&folders.state));
+        Ok(Self {
+            session: uuid::Uuid::new_v4().to_string(),
+            ledger: Mutex::new(Ledger::load(&config.node, store)?),
+            launcher,
+            managers: Managers::default(),
+            modules: Modules::new(&config.module_path),
+            inventory: Keeper::new(&config.node),
+            restarts: Restarts::default(),
+            batches: Batches::default(),
+            events: Events::default(),
+            dirty: Notify::new(),
+            naming: Mutex::new(()),
+            config,
+            folders,
+        })
+    }
+
+    /// Who it is.
+    pub fn info(&self) -> NodeInfo {
+        NodeInfo {
+            node: self.config.node.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            protocol_version: PROTOCOL_VERSION,
+            session: self.session.clone(),
+            pid: std::process::id(),
+        }
+    }
+
+    /// Accepts or refuses a NodeSpec; a newer one cancels the steps of older batches that have not started.
+    pub async fn put_node_spec(
+        &self,
+        envelope: NodeSpecEnvelope,
+    ) -> Result<NodeSpecReceipt, Problem> {
+        let mut ledger = self.ledger.lock().await;
+        let receipt = ledger.put(envelope).await?;
+        if receipt.changed
+            && let Some(held) = ledger.held()
+        {
+            self.restarts.keep(&held.spec);
+            self.batches.cancel_older(receipt.generation);
+            tracing::info!(generation = receipt.generation, "node spec accepted");
+        }
+        Ok(receipt)
+    }
+
+    /// Instance names that the ledger wants, with their systems' names.
+    pub async fn wanted_instances(&self) -> Vec<(String, String)> {
+        let ledger = self.ledger.lock().await;
+        let systems = ledger.held().map_or(&[][..], |held| &held.spec.systems);
+        let of = |s: &rts_plan::desired::NodeSystem| {
+            let system = s.system.name.clone();
+            let names = s.components.iter().map(|c| c.spec.instance.clone());
+            names.map(move |n| (n, system.clone())).collect::<Vec<_>>()
+        };
+        systems.iter().flat_map(of).collect()
+    }
+}

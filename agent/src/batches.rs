@@ -1,0 +1,230 @@
+//! The batches that run and those that ended lately: their results can be read again by the id of their plan.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::{Stream, stream};
+use rts_agent_api::messages::{Batch, BatchEvent, GateReport};
+use rts_http::problem::Problem;
+use tokio::sync::{mpsc, watch};
+
+use crate::agent::Agent;
+use crate::events::lock;
+use crate::execute::{self, CarryOut, Hands, Queue, Word};
+
+/// Version of the stream's format.
+const API_VERSION: &str = "rtsctl.dev/v1";
+/// Most batches that run at once.
+const MAX_RUNNING: usize = 8;
+/// Most ended batches that are remembered.
+const MAX_ENDED: usize = 16;
+/// Most steps of a batch.
+const MAX_STEPS: usize = 100_000;
+/// Longest deadline of a batch.
+const MAX_DEADLINE: Duration = Duration::from_secs(24 * 3600);
+/// Most words that wait for a batch.
+const WORDS: usize = 256;
+
+/// The batches.
+#[derive(Default)]
+pub(crate) struct Batches(Mutex<Known>);
+
+#[derive(Default)]
+struct Known {
+    batches: BTreeMap<String, Arc<Entry>>,
+    /// Plan ids of ended batches, the oldest first.
+    ended: VecDeque<String>,
+}
+
+/// One batch and its results.
+pub(crate) struct Entry {
+    batch: Batch,
+    words: mpsc::Sender<Word>,
+    events: Mutex<Vec<BatchEvent>>,
+    /// Number of events; rings when it grows.
+    grown: watch::Sender<usize>,
+}
+
+impl Entry {
+    fn tell(&self, event: BatchEvent) {
+        let mut events = lock(&self.events);
+        events.push(event);
+        self.grown.send_replace(events.len());
+    }
+
+    /// The results from the first on, as JSON Lines, until the batch has ended.
+    pub fn lines(self: Arc<Self>) -> impl Stream<Item = Result<Bytes, serde_json::Error>> {
+        let grown = self.grown.subscribe();
+        stream::try_unfold((self, grown, 0), |(entry, mut grown, next)| async move {
+            // The sender lives as long as the entry.
+            let _ = grown.wait_for(|count| *count > next).await;
+            let event = lock(&entry.events).get(next).cloned();
+            let ended = next > 0 && lock(&entry.events).get(next - 1) == Some(&BatchEvent::End);
+            match event {
+                Some(event) if !ended => {
+                    let mut line = serde_json::to_vec(&event)?;
+                    line.push(b'\n');
+                    Ok(Some((Bytes::from(line), (entry, grown, next + 1))))
+                }
+                _ => Ok(None),
+            }
+        })
+    }
+}
+
+impl Batches {
+    fn find(&self, plan_id: &str) -> Option<Arc<Entry>> {
+        lock(&self.0).batches.get(plan_id).cloned()
+    }
+
+    /// Cancels what has not started in batches of older generations.
+    pub fn cancel_older(&self, generation: u64) {
+        for entry in lock(&self.0).batches.values() {
+            if entry.batch.generation < generation {
+                let (words, reason) = (
+                    entry.words.clone(),
+                    format!("the node spec was replaced by generation {generation}"),
+                );
+                // An ended batch listens no more.
+                tokio::spawn(async move { words.send(Word::Cancel(reason)).await });
+            }
+        }
+    }
+
+    /// Passes on news of other nodes' steps.
+    pub async fn gates(&self, plan_id: &str, report: GateReport) -> Result<(), Problem> {
+        let entry = self.find(plan_id).ok_or_else(|| {
+            Problem::not_found(format!("no batch of plan {plan_id} is known here"))
+        })?;
+        // An ended batch needs no news.
+        let _ = entry.words.send(Word::Gates(report)).await;
+        Ok(())
+    }
+
+    fn add(&self, entry: &Arc<Entry>) -> Result<(), Problem> {
+        let mut known = lock(&self.0);
+        if known.batches.len() - known.ended.len() >= MAX_RUNNING {
+            return Err(Problem::unavailable(
+                "too-many-batches",
+                format!("{MAX_RUNNING} batches run already; wait for one to end"),
+            ));
+        }
+        known
+            .batches
+            .insert(entry.batch.plan_id.clone(), entry.clone());
+        Ok(())
+    }
+
+    fn ended(&self, plan_id: &str) {
+        let mut known = lock(&self.0);
+        known.ended.push_back(plan_id.to_owned());
+        while known.ended.len() > MAX_ENDED {
+            if let Some(oldest) = known.ended.pop_front() {
+                known.batches.remove(&oldest);
+            }
+        }
+    }
+}
+
+impl Agent {
+    /// Starts a batch, or finds the very same one started before.
+    pub async fn submit(self: &Arc<Self>, batch: Batch) -> Result<Arc<Entry>, Problem> {
+        let hands = Arc::new(Hands(self.clone()));
+        self.submit_with(batch, hands).await
+    }
+
+    async fn submit_with(
+        self: &Arc<Self>,
+        batch: Batch,
+        hands: Arc<dyn CarryOut>,
+    ) -> Result<Arc<Entry>, Problem> {
+        // Held to the end: a newer spec must find this batch, or this batch that spec.
+        let ledger = self.ledger.lock().await;
+        if let Some(entry) = self.batches.find(&batch.plan_id) {
+            if entry.batch == batch {
+                return Ok(entry);
+            }
+            return Err(Problem::conflict(
+                "plan-differs",
+                format!("another batch of plan {} was sent before", batch.plan_id),
+            ));
+        }
+        let held = ledger.held().map(|h| h.generation);
+        if held != Some(batch.generation) {
+            let held = held.map_or("none".to_owned(), |g| g.to_string());
+            return Err(Problem::conflict(
+                "stale-generation",
+                format!(
+                    "the batch is for generation {} of the node spec; this node has {held}: plan again",
+                    batch.generation
+                ),
+            ));
+        }
+        self.check(&batch)?;
+        let queue = Queue::new(&batch.steps, &batch.gates)
+            .map_err(|e| Problem::invalid("invalid-batch", e.to_string()))?;
+        let (words, heard) = mpsc::channel(WORDS);
+        let entry = Arc::new(Entry {
+            words,
+            events: Mutex::default(),
+            grown: watch::Sender::new(0),
+            batch,
+        });
+        self.batches.add(&entry)?;
+        entry.tell(BatchEvent::Accepted {
+            api_version: API_VERSION.to_owned(),
+            plan_id: entry.batch.plan_id.clone(),
+        });
+        let (agent, running) = (self.clone(), entry.clone());
+        tokio::spawn(async move {
+            let batch = running.batch.clone();
+            let plan_id = batch.plan_id.clone();
+            let count = batch.steps.len();
+            tracing::info!(plan_id, count, "batch started");
+            execute::run(batch, queue, hands, heard, |event| {
+                log(&plan_id, &event);
+                running.tell(event);
+            })
+            .await;
+            agent.batches.ended(&plan_id);
+            agent.dirty.notify_one();
+            tracing::info!(plan_id, "batch ended");
+        });
+        Ok(entry)
+    }
+
+    fn check(&self, batch: &Batch) -> Result<(), Problem> {
+        let node = &self.config.node;
+        let invalid = |detail: String| Err(Problem::invalid("invalid-batch", detail));
+        if batch.steps.len() > MAX_STEPS {
+            return invalid(format!("a batch may have {MAX_STEPS} steps"));
+        }
+        if u128::from(batch.deadline_ms) > MAX_DEADLINE.as_millis() {
+            let hours = MAX_DEADLINE.as_secs() / 3600;
+            return invalid(format!("a batch may take {hours} hours"));
+        }
+        match batch.steps.iter().find(|s| s.node != *node) {
+            Some(step) => invalid(format!(
+                "step {} is for node {}; this is node {node}",
+                step.id, step.node
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+fn log(plan_id: &str, event: &BatchEvent) {
+    use rts_agent_api::messages::StepOutcome;
+    if let BatchEvent::Finished {
+        step,
+        outcome: StepOutcome::Failed { reason },
+        ..
+    } = event
+    {
+        tracing::warn!(plan_id, step, "step failed: {reason}");
+    } else {
+        tracing::debug!(plan_id, ?event);
+    }
+}

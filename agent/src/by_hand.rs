@@ -1,0 +1,283 @@
+//! What people do at a manager without a system: load modules, create and delete components.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory};
+use rts_http::problem::Problem;
+use rts_manager_api::control::{CreateRequest, FailureCode, ModuleInfo, RequestBody, ResponseBody};
+use rts_plan::desired::ManagerKey;
+use rts_schemas::names;
+use rts_schemas::system::ExecutionKind;
+
+use crate::agent::Agent;
+use crate::execute::{StepError, kind_name};
+use crate::manager_link::LinkError;
+use crate::managers::Manager;
+use crate::modules::ModuleError;
+
+/// For requests that call into a component or open a module.
+const LIMIT: Duration = Duration::from_secs(10);
+/// Name of the configuration set that parameters go to.
+const DEFAULT_SET: &str = "default";
+/// Highest number that is tried for an instance name.
+const MAX_NUMBER: u32 = 10_000;
+
+impl Agent {
+    /// Opens the module of a type in a manager, which is started when it is not there.
+    pub async fn load_by_hand(
+        self: &Arc<Self>,
+        manager: &str,
+        type_name: &str,
+    ) -> Result<Factory, Problem> {
+        let module = self.modules.find(type_name, None).await.map_err(module)?;
+        let manager = self.find_or_start(manager).await?;
+        self.dirty.notify_one();
+        load(&manager, type_name, module.path).await.map(factory)
+    }
+
+    /// Forgets a module.
+    pub async fn unload_by_hand(&self, manager: &str, type_name: String) -> Result<(), Problem> {
+        let manager = self.find_manager(manager)?;
+        let request = RequestBody::UnloadModule { type_name };
+        self.dirty.notify_one();
+        manager.link.done(request, LIMIT).await.map_err(link)
+    }
+
+    /// Modules that a manager has opened.
+    pub async fn factories(&self, manager: &str) -> Result<Vec<Factory>, Problem> {
+        let manager = self.find_manager(manager)?;
+        let answer = manager.link.call(RequestBody::Factories, LIMIT).await;
+        match answer.map_err(link)? {
+            ResponseBody::Modules(modules) => Ok(modules.into_iter().map(factory).collect()),
+            _ => Err(link(manager.link.unexpected())),
+        }
+    }
+
+    /// Creates a component that belongs to no system.
+    pub async fn create_by_hand(
+        self: &Arc<Self>,
+        manager: &str,
+        wish: CreateByHand,
+    ) -> Result<CreatedByHand, Problem> {
+        let found = self.modules.find(&wish.type_name, None).await;
+        let module_file = found.map_err(module)?;
+        let _one_at_a_time = self.naming.lock().await;
+        let instance = self.choose_name(&wish).await?;
+        let log_path = self.folders.component_log(&instance).ok_or_else(|| {
+            Problem::invalid(
+                "invalid-name",
+                format!("instance name {instance:?} cannot be the name of a log file"),
+            )
+        })?;
+        let manager = self.find_or_start(manager).await?;
+        load(&manager, &wish.type_name, module_file.path).await?;
+        let sets = (!wish.parameters.is_empty())
+            .then(|| (DEFAULT_SET.to_owned(), wish.parameters))
+            .into_iter()
+            .collect();
+        let request = CreateRequest {
+            instance: instance.clone(),
+            type_name: wish.type_name,
+            system: None,
+            recreate_hash: String::new(),
+            restarts: 0,
+            sets,
+            active: None,
+            execution_kind: kind_name(ExecutionKind::Periodic).to_owned(),
+            rate: wish.rate,
+            log_path: log_path.display().to_string(),
+        };
+        let created = manager.link.call(RequestBody::Create(request), LIMIT).await;
+        self.dirty.notify_one();
+        created.map_err(link)?;
+        // The next choice of a name must see this one.
+        self.observe().await;
+        Ok(CreatedByHand {
+            node: self.config.node.clone(),
+            manager: manager.key.display_name(),
+            instance,
+        })
+    }
+
+    /// Deletes a component that belongs to no system.
+    pub async fn delete_by_hand(&self, manager: &str, instance: &str) -> Result<(), Problem> {
+        let manager = self.find_manager(manager)?;
+        let inventory = self.observe().await;
+        let observed = inventory.managers.iter().find(|m| m.key == manager.key);
+        let component = observed
+            .into_iter()
+            .flat_map(|m| &m.components)
+            .find(|c| c.instance == instance)
+            .ok_or_else(|| {
+                let manager = manager.key.display_name();
+                Problem::not_found(format!("manager {manager} has no component {instance}"))
+            })?;
+        if let Some(system) = &component.system {
+            return Err(Problem::conflict(
+                "owned-by-system",
+                format!(
+                    "{instance} belongs to system {}, which would make it again; remove it from the system's file and apply that, or tear the system down: rtsctl teardown {}",
+                    system.name, system.name
+                ),
+            ));
+        }
+        let request = RequestBody::Delete {
+            instance: instance.to_owned(),
+        };
+        let deleted = manager.link.done(request, LIMIT).await.map_err(link);
+        self.dirty.notify_one();
+        deleted
+    }
+
+    /// The instance name that was wished, or the type name and the first free number.
+    async fn choose_name(&self, wish: &CreateByHand) -> Result<String, Problem> {
+        let taken = self.taken_names().await;
+        if let Some(name) = &wish.instance {
+            if let Some(fault) = names::name_fault(name) {
+                return Err(Problem::invalid(
+                    "invalid-name",
+                    format!("{name:?} is no instance name: {fault}"),
+                ));
+            }
+            return match taken.iter().find(|(taken, _)| taken == name) {
+                Some((_, place)) => Err(Problem::conflict(
+                    "name-taken",
+                    format!(
+                        "{name} exists already on node {}, in {place}; choose another name",
+                        self.config.node
+                    ),
+                )),
+                None => Ok(name.clone()),
+            };
+        }
+        let taken: BTreeSet<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
+        (0..MAX_NUMBER)
+            .map(|n| format!("{}{n}", wish.type_name))
+            .find(|name| !taken.contains(name.as_str()))
+            .ok_or_else(|| {
+                Problem::conflict("name-taken", "too many components of this type; name yours")
+            })
+    }
+
+    /// Instance names of the node, and where each one is or is wanted.
+    async fn taken_names(&self) -> Vec<(String, String)> {
+        let (inventory, wanted) = (self.observe().await, self.wanted_instances().await);
+        let mut taken = Vec::new();
+        for manager in inventory.managers {
+            let place = format!("manager {}", manager.key.display_name());
+            for component in manager.components {
+                taken.push((component.instance, place.clone()));
+            }
+        }
+        for (name, system) in wanted {
+            taken.push((name, format!("system {system}")));
+        }
+        taken
+    }
+
+    /// The manager that a person means: by its display name, or by its short name when only one has it.
+    fn find_manager(&self, name: &str) -> Result<Arc<Manager>, Problem> {
+        let node = &self.config.node;
+        self.named(name)?.ok_or_else(|| {
+            Problem::not_found(format!(
+                "no manager {name} runs on node {node}; see `rtsctl get managers`"
+            ))
+        })
+    }
+
+    fn named(&self, name: &str) -> Result<Option<Arc<Manager>>, Problem> {
+        let mut all = self.managers.all();
+        if let Some(at) = all.iter().position(|m| m.key.display_name() == name) {
+            return Ok(Some(all.swap_remove(at)));
+        }
+        all.retain(|m| m.key.name == name);
+        if all.len() > 1 {
+            let names: Vec<_> = all.iter().map(|m| m.key.display_name()).collect();
+            return Err(Problem::conflict(
+                "ambiguous-manager",
+                format!("{name} may mean {}; say which", names.join(" or ")),
+            ));
+        }
+        Ok(all.pop())
+    }
+
+    async fn find_or_start(self: &Arc<Self>, name: &str) -> Result<Arc<Manager>, Problem> {
+        if let Some(manager) = self.named(name)? {
+            return Ok(manager);
+        }
+        if name.contains('.') {
+            return Err(Problem::not_found(format!(
+                "no manager {name} runs on node {}; the managers of a system are started by `rtsctl apply`",
+                self.config.node
+            )));
+        }
+        if !names::is_manager_name(name) {
+            return Err(Problem::invalid(
+                "invalid-name",
+                format!("{name:?} cannot be the name of a manager"),
+            ));
+        }
+        let key = ManagerKey {
+            system: None,
+            name: name.to_owned(),
+        };
+        self.ensure_manager(&key)
+            .await
+            .map_err(|e| Problem::unavailable("manager-failed", e.to_string()))
+    }
+}
+
+async fn load(manager: &Manager, type_name: &str, path: String) -> Result<ModuleInfo, Problem> {
+    let request = RequestBody::LoadModule {
+        type_name: type_name.to_owned(),
+        path,
+    };
+    match manager.link.call(request, LIMIT).await.map_err(link)? {
+        ResponseBody::Module(module) => Ok(module),
+        _ => Err(link(manager.link.unexpected())),
+    }
+}
+
+fn factory(module: ModuleInfo) -> Factory {
+    Factory {
+        type_name: module.type_name,
+        vendor: module.vendor,
+        category: module.category,
+        version: module.version,
+        description: module.description,
+        path: module.path,
+        ports: module
+            .ports
+            .into_iter()
+            .map(|p| format!("{}:{}:{}", p.name, p.direction, p.data_type))
+            .collect(),
+        parameters: module.parameters,
+    }
+}
+
+fn module(error: ModuleError) -> Problem {
+    match error {
+        ModuleError::NotFound { .. } => Problem::not_found(error.to_string()),
+        _ => Problem::internal(error.to_string()),
+    }
+}
+
+fn link(error: LinkError) -> Problem {
+    let detail = error.to_string();
+    let error = StepError::from(error);
+    let Some(failure) = error.failure() else {
+        return Problem::unavailable("manager-silent", detail);
+    };
+    match failure.code {
+        FailureCode::NotFound => Problem::not_found(detail),
+        FailureCode::Conflict => Problem::conflict("manager-conflict", detail),
+        FailureCode::Invalid => Problem::invalid("manager-invalid", detail),
+        FailureCode::LoadFailed => Problem::invalid("load-failed", detail),
+        FailureCode::ComponentFailed => Problem::invalid("component-failed", detail),
+        FailureCode::PeerFailed => Problem::new(502, "peer-failed", "bad gateway", detail),
+        FailureCode::Deadline => Problem::new(504, "deadline", "too late", detail),
+        FailureCode::Internal => Problem::internal(detail),
+    }
+}

@@ -1,0 +1,217 @@
+//! Verbs on components: Create, Configure, Activate, Deactivate, Reset, Delete.
+
+use rts_manager_api::control::{CreateRequest, FailureCode, RequestBody, ResponseBody};
+use rts_plan::desired::{ManagerKey, SystemRef};
+use rts_plan::observed::Inventory;
+use rts_plan::plan::Work;
+use rts_schemas::system::{Configuration, ExecutionKind};
+
+use super::verb::{StepError, Verb, system_id, unless};
+use crate::events::lock;
+use crate::inventory::system_ref;
+use crate::managers::Manager;
+
+/// Carries out a step on one component.
+pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> {
+    match work {
+        Work::Create {
+            manager,
+            instance,
+            type_name,
+            recreate_hash,
+            configuration,
+            execution_kind,
+            rate,
+        } => {
+            let request = create_request(
+                verb,
+                instance,
+                type_name,
+                recreate_hash,
+                configuration,
+                execution_kind,
+                rate,
+            )?;
+            create(verb, &manager, request).await
+        }
+        Work::Configure {
+            manager,
+            instance,
+            configuration,
+            rate,
+        } => {
+            let Configuration { active, sets } = configuration;
+            let request = RequestBody::Configure {
+                instance,
+                sets,
+                active,
+                rate,
+            };
+            done(verb, &manager, request).await
+        }
+        Work::Activate { manager, instance } => {
+            done(verb, &manager, RequestBody::Activate { instance }).await
+        }
+        Work::Reset { manager, instance } => {
+            done(verb, &manager, RequestBody::Reset { instance }).await
+        }
+        Work::Deactivate { manager, instance } => {
+            done_if_there(verb, &manager, RequestBody::Deactivate { instance }).await
+        }
+        Work::Delete { manager, instance } => {
+            if let Some(manager) = verb.manager_if_any(&manager) {
+                lock(&manager.seen).told.remove(&instance);
+            }
+            done_if_there(verb, &manager, RequestBody::Delete { instance }).await
+        }
+        other => Err(StepError::Refused(format!(
+            "{} is no step on a component",
+            other.kind()
+        ))),
+    }
+}
+
+/// Asks the manager, which must be there.
+async fn done(verb: &Verb, key: &ManagerKey, request: RequestBody) -> Result<(), StepError> {
+    let manager = verb.manager(key)?;
+    Ok(manager.link.done(request, verb.limit).await?)
+}
+
+/// Asks the manager; what is gone already is fine.
+async fn done_if_there(
+    verb: &Verb,
+    key: &ManagerKey,
+    request: RequestBody,
+) -> Result<(), StepError> {
+    match verb.manager_if_any(key) {
+        Some(manager) => unless(
+            FailureCode::NotFound,
+            manager.link.done(request, verb.limit).await,
+        ),
+        None => Ok(()),
+    }
+}
+
+fn create_request(
+    verb: &Verb,
+    instance: String,
+    type_name: String,
+    recreate_hash: String,
+    configuration: Configuration,
+    execution_kind: ExecutionKind,
+    rate: Option<f64>,
+) -> Result<CreateRequest, StepError> {
+    let log_path = verb.agent.folders.component_log(&instance).ok_or_else(|| {
+        StepError::Refused(format!(
+            "instance name {instance:?} cannot be the name of a log file; rename the component"
+        ))
+    })?;
+    let restarts = verb
+        .system
+        .as_ref()
+        .map_or(0, |system| verb.agent.restarts.of(system, &instance));
+    Ok(CreateRequest {
+        system: verb.system.as_ref().map(system_id),
+        log_path: log_path.display().to_string(),
+        execution_kind: kind_name(execution_kind).to_owned(),
+        sets: configuration.sets,
+        active: configuration.active,
+        instance,
+        type_name,
+        recreate_hash,
+        restarts,
+        rate,
+    })
+}
+
+async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result<(), StepError> {
+    let manager = verb.manager(key)?;
+    refuse_clash(verb, key, &request.instance).await?;
+    if let Some(system) = &verb.system {
+        // Before it is asked: the component may bring the process down while it is made.
+        let told = (system.clone(), request.restarts);
+        lock(&manager.seen)
+            .told
+            .insert(request.instance.clone(), told);
+    }
+    let call = manager
+        .link
+        .call(RequestBody::Create(request.clone()), verb.limit);
+    match call.await {
+        Ok(_) => Ok(()),
+        Err(e) => {
+            let e = StepError::from(e);
+            if e.is(FailureCode::Conflict) && is_there(verb, &manager, &request).await? {
+                return Ok(());
+            }
+            if e.failure().is_some() {
+                lock(&manager.seen).told.remove(&request.instance);
+            }
+            Err(e)
+        }
+    }
+}
+
+/// True when the very component exists already.
+async fn is_there(
+    verb: &Verb,
+    manager: &Manager,
+    request: &CreateRequest,
+) -> Result<bool, StepError> {
+    let answer = manager
+        .link
+        .call(RequestBody::Inventory, verb.limit)
+        .await?;
+    let ResponseBody::Inventory(inventory) = answer else {
+        return Err(manager.link.unexpected().into());
+    };
+    Ok(inventory.components.iter().any(|c| {
+        c.instance == request.instance
+            && c.type_name == request.type_name
+            && c.recreate_hash == request.recreate_hash
+            && c.system.as_ref().map(system_ref) == verb.system
+    }))
+}
+
+/// Instance names are unique on a node: refuses one that another manager holds.
+async fn refuse_clash(verb: &Verb, key: &ManagerKey, instance: &str) -> Result<(), StepError> {
+    let agent = &verb.agent;
+    if holder(&agent.inventory.last(), key, instance).is_none() {
+        return Ok(());
+    }
+    // What was seen last may be old.
+    match holder(&agent.observe().await, key, instance) {
+        None => Ok(()),
+        Some((manager, system)) => Err(StepError::Refused(match system {
+            Some(system) => format!(
+                "instance {instance} exists already on node {} in manager {manager}, for system {}; rename one of them or remove that system",
+                agent.config.node, system.name
+            ),
+            None => format!(
+                "instance {instance} exists already on node {} in manager {manager}, made by hand; delete it there or rename yours",
+                agent.config.node
+            ),
+        })),
+    }
+}
+
+fn holder(
+    inventory: &Inventory,
+    key: &ManagerKey,
+    instance: &str,
+) -> Option<(String, Option<SystemRef>)> {
+    let others = inventory.managers.iter().filter(|m| m.key != *key);
+    others
+        .flat_map(|m| m.components.iter().map(move |c| (m, c)))
+        .find(|(_, c)| c.instance == instance)
+        .map(|(m, c)| (m.key.display_name(), c.system.clone()))
+}
+
+/// Name of an execution kind in the control protocol.
+pub(crate) fn kind_name(kind: ExecutionKind) -> &'static str {
+    match kind {
+        ExecutionKind::Periodic => "periodic",
+        ExecutionKind::EventDriven => "eventDriven",
+        ExecutionKind::Other => "other",
+    }
+}

@@ -1,0 +1,167 @@
+//! Which verb carries out which step, how long each may take, and what they share.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use rts_manager_api::control::{Failure, FailureCode, SystemId};
+use rts_plan::desired::{ManagerKey, SystemRef};
+use rts_plan::plan::{Step, Work};
+
+use super::{CarryOut, Carrying, component, connector, manager, module};
+use crate::agent::Agent;
+use crate::manager_link::LinkError;
+use crate::managers::Manager;
+
+/// A step that failed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StepError {
+    /// Its manager is not there.
+    #[error(
+        "manager {manager} does not run on node {node}; it may just have died: the next plan starts it again"
+    )]
+    NoManager {
+        /// Display name.
+        manager: String,
+        /// Node name.
+        node: String,
+    },
+    /// The manager refused or was silent.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The module is not usable.
+    #[error(transparent)]
+    Module(#[from] crate::modules::ModuleError),
+    /// The manager cannot be started.
+    #[error(transparent)]
+    Start(#[from] crate::managers::StartManagerError),
+    /// The manager cannot be stopped.
+    #[error(transparent)]
+    Stop(#[from] crate::managers::StopError),
+    /// Anything else.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl StepError {
+    /// The manager's own refusal, when that is what it is.
+    pub fn failure(&self) -> Option<&Failure> {
+        match self {
+            StepError::Link(LinkError::Refused(failure)) => Some(failure),
+            _ => None,
+        }
+    }
+
+    /// True for a refusal with this code.
+    pub fn is(&self, code: FailureCode) -> bool {
+        self.failure().is_some_and(|f| f.code == code)
+    }
+}
+
+/// Turns a refusal with a code into a success: it is so already.
+pub(crate) fn unless(code: FailureCode, result: Result<(), LinkError>) -> Result<(), StepError> {
+    match result.map_err(StepError::from) {
+        Err(e) if e.is(code) => Ok(()),
+        other => other,
+    }
+}
+
+/// The real hands.
+pub(crate) struct Hands(pub Arc<Agent>);
+
+impl CarryOut for Hands {
+    fn limit(&self, step: &Step) -> Duration {
+        limit(&step.work)
+    }
+
+    fn carry_out(&self, step: Step, limit: Duration) -> Carrying {
+        let verb = Verb {
+            agent: self.0.clone(),
+            system: step.system,
+            limit,
+        };
+        let work = step.work;
+        Box::pin(async move {
+            let outcome = verb.carry_out(work).await;
+            verb.agent.dirty.notify_one();
+            outcome
+        })
+    }
+}
+
+/// How long a step may take.
+fn limit(work: &Work) -> Duration {
+    Duration::from_secs(match work {
+        Work::StartManager { .. } | Work::Connect { .. } | Work::Disconnect { .. } => 5,
+        Work::Install { .. } | Work::LoadModule { .. } => 20,
+        Work::StopManager { .. } => 12,
+        Work::Create { .. }
+        | Work::Configure { .. }
+        | Work::Activate { .. }
+        | Work::Deactivate { .. }
+        | Work::Reset { .. }
+        | Work::Delete { .. }
+        | Work::UnloadModule { .. } => 10,
+    })
+}
+
+/// What a verb works with.
+pub(super) struct Verb {
+    pub agent: Arc<Agent>,
+    pub system: Option<SystemRef>,
+    pub limit: Duration,
+}
+
+impl Verb {
+    async fn carry_out(&self, work: Work) -> Result<(), StepError> {
+        match work {
+            Work::Install {
+                type_name,
+                module_digest,
+            } => module::install(self, &type_name, module_digest.as_deref()).await,
+            Work::LoadModule {
+                manager,
+                type_name,
+                module_digest,
+            } => module::load(self, &manager, &type_name, module_digest.as_deref()).await,
+            Work::UnloadModule { manager, type_name } => {
+                module::unload(self, &manager, type_name).await
+            }
+            Work::StartManager { manager } => manager::start(self, &manager).await,
+            Work::StopManager {
+                manager,
+                incarnation,
+            } => manager::stop(self, &manager, &incarnation).await,
+            Work::Connect { connector } => connector::connect(self, connector).await,
+            Work::Disconnect {
+                manager,
+                instance,
+                connector,
+            } => connector::disconnect(self, &manager, instance, connector).await,
+            other => component::carry_out(self, other).await,
+        }
+    }
+
+    /// A live manager.
+    pub fn manager(&self, key: &ManagerKey) -> Result<Arc<Manager>, StepError> {
+        self.agent
+            .managers
+            .get(key)
+            .ok_or_else(|| StepError::NoManager {
+                manager: key.display_name(),
+                node: self.agent.config.node.clone(),
+            })
+    }
+
+    /// A live manager, or none when it is gone and there is nothing to take down any more.
+    pub fn manager_if_any(&self, key: &ManagerKey) -> Option<Arc<Manager>> {
+        self.agent.managers.get(key)
+    }
+}
+
+/// A system in the words of the control protocol.
+pub(crate) fn system_id(system: &SystemRef) -> SystemId {
+    SystemId {
+        name: system.name.clone(),
+        uid: system.uid.clone(),
+    }
+}

@@ -1,0 +1,244 @@
+//! The live managers of the node: starting them, finding them, watching their end, and stopping them.
+
+mod adopt;
+mod start;
+mod stop;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
+use std::time::Duration;
+
+use rts_agent_api::session::AgentEvent;
+use rts_manager_api::control::ManagerInventory;
+use rts_manager_api::files::CONTROL_SOCKET;
+use rts_plan::desired::{ManagerKey, SystemRef};
+use tokio::sync::watch;
+
+use crate::agent::Agent;
+use crate::events::{lock, of_manager};
+use crate::launch::{Exit, ExitFuture};
+use crate::manager_link::{Link, OnChanged};
+use crate::process::kill_group;
+
+pub(crate) use adopt::adopt_all;
+pub(crate) use start::StartManagerError;
+pub(crate) use stop::StopError;
+
+/// How long the rest of a process group may take to die.
+const GROUP_END: Duration = Duration::from_secs(2);
+
+/// The registry.
+#[derive(Debug, Default)]
+pub(crate) struct Managers {
+    live: Mutex<BTreeMap<ManagerKey, Arc<Manager>>>,
+    /// One lock per manager that is being started.
+    starting: Mutex<HashMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
+}
+
+/// One start of a manager.
+#[derive(Debug)]
+pub(crate) struct Manager {
+    pub key: ManagerKey,
+    pub incarnation: String,
+    pub pid: u32,
+    /// Wall-clock start, RFC 3339; set once it has said so.
+    pub started: OnceLock<String>,
+    pub folder: PathBuf,
+    pub link: Link,
+    /// What it held when it was asked last.
+    pub seen: Mutex<Seen>,
+    /// Set when its end is wanted.
+    stopping: AtomicBool,
+    ended: watch::Sender<Option<Exit>>,
+}
+
+/// What was last seen of a manager.
+#[derive(Debug)]
+pub(crate) struct Seen {
+    /// It answered in time.
+    pub responsive: bool,
+    /// Its contents.
+    pub inventory: ManagerInventory,
+    /// Components of systems that it was told to create, and how often they were made again before.
+    pub told: BTreeMap<String, (SystemRef, u32)>,
+}
+
+impl Managers {
+    /// All live managers, sorted by key.
+    pub fn all(&self) -> Vec<Arc<Manager>> {
+        lock(&self.live).values().cloned().collect()
+    }
+
+    /// A live manager.
+    pub fn get(&self, key: &ManagerKey) -> Option<Arc<Manager>> {
+        lock(&self.live)
+            .get(key)
+            .filter(|m| m.exit().is_none())
+            .cloned()
+    }
+
+    /// Live managers of the same system.
+    pub fn of_system(&self, system: Option<&SystemRef>) -> Vec<Arc<Manager>> {
+        let mut all = self.all();
+        all.retain(|m| m.key.system.as_ref() == system);
+        all
+    }
+
+    fn remove(&self, manager: &Manager) {
+        let mut live = lock(&self.live);
+        if live
+            .get(&manager.key)
+            .is_some_and(|m| m.incarnation == manager.incarnation)
+        {
+            live.remove(&manager.key);
+        }
+    }
+}
+
+/// What names one start of a manager.
+pub(crate) struct Identity {
+    pub key: ManagerKey,
+    pub incarnation: String,
+    pub pid: u32,
+    pub folder: PathBuf,
+}
+
+impl Manager {
+    fn new(
+        agent: &Arc<Agent>,
+        identity: Identity,
+        first: Option<tokio::net::UnixStream>,
+    ) -> Arc<Self> {
+        let Identity {
+            key,
+            incarnation,
+            pid,
+            folder,
+        } = identity;
+        let link = Link::start(
+            key.display_name(),
+            incarnation.clone(),
+            first,
+            folder.join(CONTROL_SOCKET),
+            on_changed(Arc::downgrade(agent), key.display_name()),
+        );
+        Arc::new(Self {
+            link,
+            seen: Mutex::new(Seen {
+                responsive: true,
+                inventory: ManagerInventory {
+                    modules: Default::default(),
+                    components: Vec::new(),
+                },
+                told: BTreeMap::new(),
+            }),
+            stopping: AtomicBool::new(false),
+            ended: watch::Sender::new(None),
+            key,
+            incarnation,
+            pid,
+            started: OnceLock::new(),
+            folder,
+        })
+    }
+
+    /// How it ended; none while it lives.
+    pub fn exit(&self) -> Option<Exit> {
+        *self.ended.borrow()
+    }
+
+    /// Waits until the process and its group are gone and its run folder is removed.
+    pub async fn ended(&self) {
+        // The sender lives as long as we do.
+        let _ = self.ended.subscribe().wait_for(Option::is_some).await;
+    }
+
+    /// True when its end is wanted.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.load(Ordering::Relaxed)
+    }
+}
+
+fn on_changed(agent: Weak<Agent>, manager: String) -> OnChanged {
+    Arc::new(move |changed| {
+        tracing::debug!(manager, target = changed.target, "{}", changed.message);
+        if let Some(agent) = agent.upgrade() {
+            agent.dirty.notify_one();
+        }
+    })
+}
+
+impl Agent {
+    /// Puts a manager into the registry and waits for its end in the background.
+    fn register(self: &Arc<Self>, manager: Arc<Manager>, exit: ExitFuture) {
+        lock(&self.managers.live).insert(manager.key.clone(), manager.clone());
+        self.dirty.notify_one();
+        let agent = Arc::downgrade(self);
+        tokio::spawn(async move {
+            let exit = exit.await;
+            if !kill_group(manager.pid, GROUP_END).await {
+                tracing::warn!(pid = manager.pid, "processes of the group do not die");
+            }
+            if let Err(e) = std::fs::remove_dir_all(&manager.folder)
+                && e.kind() != std::io::ErrorKind::NotFound
+            {
+                tracing::warn!("cannot remove {}: {e}", manager.folder.display());
+            }
+            manager.link.close();
+            if let Some(agent) = agent.upgrade() {
+                agent.managers.remove(&manager);
+                agent.buried(&manager, exit);
+            }
+            manager.ended.send_replace(Some(exit));
+        });
+    }
+
+    /// Tells of a manager's end, and remembers what died with it.
+    fn buried(&self, manager: &Manager, exit: Exit) {
+        self.dirty.notify_one();
+        if manager.is_stopping() {
+            tracing::info!(manager = manager.key.display_name(), "stopped: {exit}");
+            return;
+        }
+        for (instance, (system, restarts)) in manager.lost() {
+            self.restarts.died(&system, &instance, restarts);
+        }
+        self.events.push(died(manager, exit));
+    }
+}
+
+impl Manager {
+    /// Components of systems that it held, or was about to hold.
+    fn lost(&self) -> BTreeMap<String, (SystemRef, u32)> {
+        let seen = lock(&self.seen);
+        let mut lost = seen.told.clone();
+        for component in &seen.inventory.components {
+            if let Some(system) = &component.system {
+                let system = crate::inventory::system_ref(system);
+                lost.insert(component.instance.clone(), (system, component.restarts));
+            }
+        }
+        lost
+    }
+}
+
+fn died(manager: &Manager, exit: Exit) -> AgentEvent {
+    let names: Vec<_> = lock(&manager.seen)
+        .inventory
+        .components
+        .iter()
+        .map(|c| c.instance.clone())
+        .collect();
+    let held = if names.is_empty() {
+        "it held no component".to_owned()
+    } else {
+        format!("with it ended {}", names.join(", "))
+    };
+    let message = format!(
+        "process {} ended unexpectedly ({exit}); {held}",
+        manager.pid
+    );
+    of_manager("Warning", "ManagerDied", &manager.key, message)
+}

@@ -1,0 +1,232 @@
+//! Starting a manager, once per key.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rts_plan::desired::ManagerKey;
+use tokio::net::UnixStream;
+use tokio::time::timeout;
+
+use super::adopt::is_locked;
+use super::{GROUP_END, Identity, Manager};
+use crate::agent::Agent;
+use crate::events::{lock, of_manager};
+use crate::folders::make_private;
+use crate::launch::{Exit, LaunchError, Launched, Start};
+use crate::log_tail;
+use crate::process::{kill_group, signal_group};
+
+/// How long a manager may take to say Hello.
+pub(crate) const HELLO: Duration = Duration::from_secs(5);
+/// Lines of its log that an error shows.
+const LOG_LINES: usize = 5;
+
+/// A manager that cannot be started.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StartManagerError {
+    /// The process cannot be made.
+    #[error("{0}: {source}", source = .0.source)]
+    Launch(#[from] LaunchError),
+    /// Its folder cannot be made.
+    #[error("cannot make the run folder {folder}: {source}")]
+    Folder {
+        /// The folder.
+        folder: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// A process that is not known here holds the folder.
+    #[error(
+        "a process that this agent does not know holds {folder}/lock; stop it, or run `rtsctl down`"
+    )]
+    Held {
+        /// The folder.
+        folder: String,
+    },
+    /// It ended before it was ready.
+    #[error(
+        "manager {manager} ended before it was ready ({exit}){}",
+        last_lines(log)
+    )]
+    Ended {
+        /// Display name.
+        manager: String,
+        /// How.
+        exit: Exit,
+        /// Last lines of its log.
+        log: String,
+    },
+    /// It did not say Hello.
+    #[error("manager {manager} was not ready within {} s{}", HELLO.as_secs(), last_lines(log))]
+    Late {
+        /// Display name.
+        manager: String,
+        /// Last lines of its log.
+        log: String,
+    },
+    /// Our own fault.
+    #[error("starting manager {manager} failed: {reason}")]
+    Internal {
+        /// Display name.
+        manager: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+fn last_lines(log: &str) -> String {
+    if log.is_empty() {
+        "; it wrote nothing".to_owned()
+    } else {
+        format!("; it wrote: {}", log.trim_end().replace('\n', " / "))
+    }
+}
+
+impl Agent {
+    /// The live manager with this key; started when there is none. Goes on when the caller gives up.
+    pub async fn ensure_manager(
+        self: &Arc<Self>,
+        key: &ManagerKey,
+    ) -> Result<Arc<Manager>, StartManagerError> {
+        let (agent, key) = (self.clone(), key.clone());
+        let manager = key.display_name();
+        tokio::spawn(async move { agent.ensure_once(key).await })
+            .await
+            .unwrap_or_else(|e| {
+                let reason = e.to_string();
+                Err(StartManagerError::Internal { manager, reason })
+            })
+    }
+
+    async fn ensure_once(
+        self: Arc<Self>,
+        key: ManagerKey,
+    ) -> Result<Arc<Manager>, StartManagerError> {
+        let gate = lock(&self.managers.starting)
+            .entry(key.clone())
+            .or_default()
+            .clone();
+        let result = {
+            let _one_at_a_time = gate.lock().await;
+            self.reuse_or_start(&key).await
+        };
+        let mut starting = lock(&self.managers.starting);
+        // Ours and the map's: nobody else waits.
+        if Arc::strong_count(&gate) == 2 {
+            starting.remove(&key);
+        }
+        result
+    }
+
+    async fn reuse_or_start(
+        self: &Arc<Self>,
+        key: &ManagerKey,
+    ) -> Result<Arc<Manager>, StartManagerError> {
+        let present = lock(&self.managers.live).get(key).cloned();
+        if let Some(manager) = present {
+            if !manager.is_stopping() {
+                return Ok(manager);
+            }
+            // Never start the next one before the last one has freed its folder.
+            manager.ended().await;
+        }
+        let start = Start {
+            key: key.clone(),
+            incarnation: uuid::Uuid::new_v4().to_string(),
+            folder: self.folders.manager(key),
+            log: self.folders.manager_log(key),
+        };
+        prepare(&start.folder)?;
+        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
+        let started = self.launch(&start, log_start).await;
+        if started.is_err() {
+            let _ = fs::remove_dir_all(&start.folder);
+        }
+        started
+    }
+
+    async fn launch(
+        self: &Arc<Self>,
+        start: &Start,
+        log_start: u64,
+    ) -> Result<Arc<Manager>, StartManagerError> {
+        let Launched {
+            pid,
+            control,
+            mut exit,
+        } = self.launcher.launch(start)?;
+        let manager = start.key.display_name();
+        let log = || log_tail::tail_from(&start.log, log_start, LOG_LINES).unwrap_or_default();
+        let control = control
+            .set_nonblocking(true)
+            .and_then(|()| UnixStream::from_std(control));
+        let control = match control {
+            Ok(control) => control,
+            Err(e) => {
+                signal_group(pid, rustix::process::Signal::KILL);
+                exit.await;
+                let reason = e.to_string();
+                return Err(StartManagerError::Internal { manager, reason });
+            }
+        };
+        let identity = Identity {
+            key: start.key.clone(),
+            incarnation: start.incarnation.clone(),
+            pid,
+            folder: start.folder.clone(),
+        };
+        let started = Manager::new(self, identity, Some(control));
+        let ready = async {
+            tokio::select! {
+                hello = started.link.ready() => Ok(hello),
+                exit = &mut exit => Err(exit),
+            }
+        };
+        match timeout(HELLO, ready).await {
+            Ok(Ok(hello)) => {
+                if let Some(hello) = hello {
+                    let _ = started.started.set(hello.started);
+                }
+                let message = format!("process {pid} started");
+                self.events
+                    .push(of_manager("Normal", "ManagerStarted", &start.key, message));
+                self.register(started.clone(), exit);
+                Ok(started)
+            }
+            Ok(Err(exit)) => {
+                kill_group(pid, GROUP_END).await;
+                let log = log();
+                Err(StartManagerError::Ended { manager, exit, log })
+            }
+            Err(_) => {
+                kill_group(pid, GROUP_END).await;
+                // Reaps it; killed as it is, this cannot take long.
+                let _ = timeout(GROUP_END, exit).await;
+                let log = log();
+                Err(StartManagerError::Late { manager, log })
+            }
+        }
+    }
+}
+
+/// Makes an empty run folder, unless a live process holds it.
+fn prepare(folder: &Path) -> Result<(), StartManagerError> {
+    if is_locked(folder) {
+        let folder = folder.display().to_string();
+        return Err(StartManagerError::Held { folder });
+    }
+    let make = || {
+        match fs::remove_dir_all(folder) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            _ => {}
+        }
+        make_private(folder)
+    };
+    make().map_err(|source| StartManagerError::Folder {
+        folder: folder.display().to_string(),
+        source,
+    })
+}

@@ -1,0 +1,79 @@
+//! Stopping a manager: ask, then SIGTERM, then SIGKILL, each for the whole process group in the end.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use rts_manager_api::control::RequestBody;
+use rustix::process::Signal;
+use tokio::time::timeout;
+
+use super::Manager;
+use crate::events::lock;
+use crate::process::signal_group;
+
+/// For the orderly end.
+const ASK: Duration = Duration::from_secs(5);
+/// The same for a manager that did not answer before.
+const ASK_SILENT: Duration = Duration::from_millis(500);
+/// From a good answer to the end of the process.
+const LEAVE: Duration = Duration::from_secs(1);
+/// After SIGTERM.
+const TERM: Duration = Duration::from_secs(5);
+/// After SIGKILL: the kernel's own time, and the clean-up.
+const KILL: Duration = Duration::from_secs(5);
+
+/// A manager that outlives SIGKILL.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "process {pid} of manager {manager} still lives after SIGKILL; look at its state with `ps`"
+)]
+pub(crate) struct StopError {
+    manager: String,
+    pid: u32,
+}
+
+impl Manager {
+    /// Stops it and waits until the process and its group are gone. Goes on when the caller gives up.
+    pub async fn stop(self: &Arc<Self>) -> Result<(), StopError> {
+        self.stopping.store(true, Ordering::Relaxed);
+        let manager = self.clone();
+        let failed = || StopError {
+            manager: self.key.display_name(),
+            pid: self.pid,
+        };
+        tokio::spawn(async move { manager.stop_now().await })
+            .await
+            .map_err(|_| failed())?
+            .then_some(())
+            .ok_or_else(failed)
+    }
+
+    async fn stop_now(&self) -> bool {
+        let silent = !lock(&self.seen).responsive;
+        let ask = if silent { ASK_SILENT } else { ASK };
+        let asked = self.link.call_within(RequestBody::Shutdown, ask, ask);
+        let answer = tokio::select! {
+            answer = asked => answer,
+            () = self.ended() => return true,
+        };
+        match answer {
+            Ok(_) => {
+                if self.gone_within(LEAVE).await {
+                    return true;
+                }
+            }
+            Err(e) => tracing::info!(manager = self.key.display_name(), "no orderly end: {e}"),
+        }
+        signal_group(self.pid, Signal::TERM);
+        if self.gone_within(TERM).await {
+            return true;
+        }
+        signal_group(self.pid, Signal::KILL);
+        self.gone_within(KILL).await
+    }
+
+    async fn gone_within(&self, limit: Duration) -> bool {
+        timeout(limit, self.ended()).await.is_ok()
+    }
+}

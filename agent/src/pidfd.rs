@@ -1,0 +1,34 @@
+//! A handle of a process that becomes readable when the process ends.
+#![allow(unsafe_code)]
+
+use std::io;
+use std::os::fd::OwnedFd;
+
+use rustix::process::PidfdFlags;
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+
+use crate::process::{number, start_ticks};
+
+/// An open process.
+#[derive(Debug)]
+pub(crate) struct PidFd(AsyncFd<OwnedFd>);
+
+impl PidFd {
+    /// Opens a process. With `started` it must be the one that started then.
+    pub fn open(pid: u32, started: Option<u64>) -> io::Result<Self> {
+        let fd = rustix::process::pidfd_open(number(pid)?, PidfdFlags::NONBLOCK)?;
+        if started.is_some() && start_ticks(pid) != started {
+            return Err(io::Error::from(io::ErrorKind::NotFound));
+        }
+        // SAFETY: an `OwnedFd` is open and always the same descriptor until it is dropped, and it is never lent out.
+        let fd = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) }?;
+        Ok(Self(fd))
+    }
+
+    /// Waits for the end of the process.
+    pub async fn ended(&self) {
+        // An error here means that the reactor is gone, and with it the agent.
+        let _ = self.0.readable().await;
+    }
+}

@@ -1,0 +1,204 @@
+//! Start and end of an agent.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustix::fs::FlockOperation;
+use tokio::net::UnixListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
+use tokio::task::{JoinHandle, JoinSet};
+use tokio::time::{sleep, timeout};
+
+use crate::agent::{Agent, StartError};
+use crate::config::Config;
+use crate::launch::{Launcher, ProcessLauncher};
+use crate::managers::adopt_all;
+use crate::process::ProcessFile;
+use crate::{api, durable, session};
+
+/// How often the managers are asked without a reason: one that hangs tells nobody.
+const SLOW_TICK: Duration = Duration::from_secs(2);
+/// Shortest time between two rounds of questions.
+const QUICK: Duration = Duration::from_millis(10);
+/// How long open requests may take when the agent ends.
+const LAST_REQUESTS: Duration = Duration::from_secs(1);
+
+/// An agent that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// It did not start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The runtime, a signal or the socket failed.
+    #[error("the agent failed")]
+    Io(#[from] io::Error),
+}
+
+/// An agent that serves. Dropping it leaves its socket behind; use [`Running::stop`].
+pub struct Running {
+    agent: Arc<Agent>,
+    /// Held for life.
+    _lock: File,
+    server: JoinHandle<io::Result<()>>,
+    stop: oneshot::Sender<()>,
+    background: JoinSet<()>,
+}
+
+/// The description of the HTTP API, as JSON text.
+pub fn openapi() -> String {
+    // A document that was just built can be written.
+    api::openapi().to_pretty_json().unwrap_or_default()
+}
+
+/// Runs an agent until SIGTERM or SIGINT. Prints one line of JSON when it serves, or why it does not.
+pub fn run(config: Config) -> Result<(), RunError> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let launcher = Arc::new(ProcessLauncher::new(&config.manager_program));
+    let result = runtime.block_on(async {
+        let mut term = signal(SignalKind::terminate())?;
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        let running = start(config, launcher).await?;
+        announce(&serde_json::json!({ "ready": true }));
+        tokio::select! {
+            _ = term.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        tracing::info!("stopping; managers go on");
+        running.stop().await;
+        Ok(())
+    });
+    // A blocking task, such as hashing a module, must not hold up the end.
+    runtime.shutdown_background();
+    if let Err(e @ RunError::Start(_)) = &result {
+        announce(&serde_json::json!({ "ready": false, "error": chain(e) }));
+    }
+    result
+}
+
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(error) = source {
+        text.push_str(&format!(": {error}"));
+        source = error.source();
+    }
+    text
+}
+
+fn announce(line: &serde_json::Value) {
+    // Whoever started us may be gone already.
+    let _ = writeln!(io::stdout().lock(), "{line}");
+}
+
+/// Starts an agent within the present runtime; it serves when this returns.
+pub async fn start(config: Config, launcher: Arc<dyn Launcher>) -> Result<Running, StartError> {
+    let agent = Arc::new(Agent::new(config, launcher)?);
+    let lock = take_lock(&agent)?;
+    adopt_all(&agent).await;
+    agent.observe().await;
+    let listener = listen(&agent)?;
+    let (stop, stopped) = oneshot::channel();
+    let server = tokio::spawn(rts_http::server::serve(
+        listener,
+        api::router(agent.clone()),
+        async {
+            let _ = stopped.await;
+        },
+    ));
+    let mut background = JoinSet::new();
+    background.spawn(watch(agent.clone()));
+    if let Some(controller) = session::client(&agent).map_err(StartError::Client)? {
+        background.spawn(session::keep(agent.clone(), controller));
+    }
+    tracing::info!(
+        node = agent.config.node,
+        session = agent.session,
+        managers = agent.managers.all().len(),
+        "agent serves on {}",
+        agent.folders.agent_socket().display()
+    );
+    Ok(Running {
+        agent,
+        _lock: lock,
+        server,
+        stop,
+        background,
+    })
+}
+
+impl Running {
+    /// The socket on which it serves.
+    pub fn socket(&self) -> PathBuf {
+        self.agent.folders.agent_socket()
+    }
+
+    /// Ends it. Managers go on.
+    pub async fn stop(mut self) {
+        let _ = fs::remove_file(self.agent.folders.agent_socket());
+        let _ = fs::remove_file(description(&self.agent));
+        self.background.shutdown().await;
+        let _ = self.stop.send(());
+        if timeout(LAST_REQUESTS, &mut self.server).await.is_err() {
+            // Streams of batches that run.
+            self.server.abort();
+        }
+    }
+}
+
+/// Asks the managers whenever something may have changed, and now and then without a reason.
+async fn watch(agent: Arc<Agent>) {
+    loop {
+        tokio::select! {
+            () = agent.dirty.notified() => {}
+            () = sleep(SLOW_TICK) => {}
+        }
+        agent.observe().await;
+        sleep(QUICK).await;
+    }
+}
+
+fn take_lock(agent: &Agent) -> Result<File, StartError> {
+    let path = agent.folders.run.join("agent.lock");
+    let file = OpenOptions::new()
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .mode(0o600)
+        .open(&path)
+        .map_err(in_file(&path))?;
+    match rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(rustix::io::Errno::WOULDBLOCK) => Err(StartError::Running {
+            node: agent.config.node.clone(),
+            lock: path,
+        }),
+        Err(e) => Err(in_file(&path)(e.into())),
+    }
+}
+
+/// Binds the socket and describes the process beside it.
+fn listen(agent: &Agent) -> Result<UnixListener, StartError> {
+    let socket = agent.folders.agent_socket();
+    let listener = rts_http::server::bind(&socket).map_err(in_file(&socket))?;
+    let path = description(agent);
+    ProcessFile::own()
+        .and_then(|own| durable::write_json(&path, &own))
+        .map_err(in_file(&path))?;
+    Ok(listener)
+}
+
+fn description(agent: &Agent) -> PathBuf {
+    agent.folders.run.join("agent.json")
+}
+
+fn in_file(path: &Path) -> impl FnOnce(io::Error) -> StartError {
+    let path = path.to_owned();
+    move |source| StartError::File { path, source }
+}

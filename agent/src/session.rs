@@ -1,0 +1,108 @@
+//! The session with the controller: a greeting, then heartbeats. The agent works on without a controller.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use rts_agent_api::PROTOCOL_VERSION;
+use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionClient, SessionGreeting};
+use rts_http::client::{Client, ClientError};
+use tokio::time::sleep;
+
+use crate::agent::Agent;
+
+/// Pause between two attempts to reach the controller.
+const RETRY: Duration = Duration::from_secs(1);
+/// Bound on one request.
+const REQUEST: Duration = Duration::from_secs(2);
+
+/// A client of the controller of this agent; none when it has no controller.
+pub(crate) fn client(agent: &Agent) -> Result<Option<SessionClient>, ClientError> {
+    let Some(socket) = &agent.config.controller_socket else {
+        return Ok(None);
+    };
+    let http = Client::unix(socket, REQUEST)?;
+    Ok(Some(SessionClient::new(http, &agent.config.node)))
+}
+
+/// Why heartbeats end.
+enum End {
+    /// The controller does not know the session, or is not there.
+    GreetAgain,
+    /// A newer session of this node was opened.
+    Superseded,
+}
+
+/// Keeps a session for as long as the agent runs, or until a newer one takes over.
+pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
+    let mut reported = String::new();
+    loop {
+        match greet(&agent, &controller).await {
+            Ok(()) => {
+                reported.clear();
+                match beat(&agent, &controller).await {
+                    End::GreetAgain => {}
+                    End::Superseded => return,
+                }
+            }
+            Err(e) => {
+                // The same reason is not told each second.
+                let reason = e.to_string();
+                if reason != reported {
+                    tracing::warn!(
+                        "no session with the controller, trying again each second: {reason}"
+                    );
+                    reported = reason;
+                }
+            }
+        }
+        sleep(RETRY).await;
+    }
+}
+
+async fn greet(agent: &Agent, controller: &SessionClient) -> Result<(), ClientError> {
+    let applied_generation = agent.ledger.lock().await.held().map(|h| h.generation);
+    let greeting = SessionGreeting {
+        protocol_version: PROTOCOL_VERSION,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        session: agent.session.clone(),
+        endpoint: agent.folders.agent_socket().display().to_string(),
+        aliases: agent.config.aliases.clone(),
+        applied_generation,
+        inventory: agent.observe().await,
+    };
+    let reply = controller.greet(&greeting).await?;
+    tracing::info!(
+        cluster = reply.cluster_uid,
+        epoch = reply.epoch,
+        "session with the controller opened"
+    );
+    Ok(())
+}
+
+async fn beat(agent: &Agent, controller: &SessionClient) -> End {
+    loop {
+        let (mark, events) = agent.events.waiting();
+        let heartbeat = Heartbeat {
+            inventory_revision: agent.inventory.revision(),
+            events,
+        };
+        match controller.heartbeat(&agent.session, &heartbeat).await {
+            Ok(()) => agent.events.told(mark),
+            Err(ClientError::Problem(problem)) if problem.status == 409 => {
+                tracing::error!(
+                    "this agent was superseded: {problem}; it stays, but the controller no longer listens to it. Stop one of the two agents of node {}",
+                    agent.config.node
+                );
+                return End::Superseded;
+            }
+            Err(e) => {
+                tracing::warn!("heartbeat was not accepted: {e}");
+                return End::GreetAgain;
+            }
+        }
+        tokio::select! {
+            () = sleep(HEARTBEAT) => {}
+            () = agent.events.bell.notified() => {}
+        }
+    }
+}

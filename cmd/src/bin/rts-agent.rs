@@ -1,0 +1,79 @@
+//! The agent of a node.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+use rts_agent::Config;
+use tracing_subscriber::EnvFilter;
+
+/// Runs the components of one node: starts managers, carries out plans, and says what really runs.
+#[derive(Debug, Parser)]
+#[command(name = "rts-agent", version)]
+struct Args {
+    /// Folder of sockets, state and logs.
+    #[arg(long, env = "RTSCTL_HOME", value_name = "DIR")]
+    home: PathBuf,
+    /// Name of this node.
+    #[arg(long, default_value = Config::LOCAL_NODE)]
+    node: String,
+    /// Further host name by which profiles may mean this node; may be repeated.
+    #[arg(long = "alias", value_name = "NAME")]
+    aliases: Vec<String>,
+    /// Folders with modules, separated by colons [default: the folder of this program].
+    #[arg(long, env = "RTSCTL_MODULE_PATH", value_name = "DIRS")]
+    module_path: Option<String>,
+    /// Manager program [default: rts-manager beside this program].
+    #[arg(long, value_name = "FILE")]
+    manager_program: Option<PathBuf>,
+    /// Socket of the controller [default: run/controller.sock in the home].
+    #[arg(long, value_name = "SOCKET", conflicts_with = "no_controller")]
+    controller: Option<PathBuf>,
+    /// Run without a controller.
+    #[arg(long)]
+    no_controller: bool,
+}
+
+impl Args {
+    fn config(self, program: &Path) -> Config {
+        let beside = program.parent().unwrap_or(Path::new("."));
+        let controller = self
+            .controller
+            .unwrap_or_else(|| self.home.join("run/controller.sock"));
+        let module_path = match self.module_path.filter(|path| !path.is_empty()) {
+            Some(path) => std::env::split_paths(&path).collect(),
+            None => vec![beside.to_owned()],
+        };
+        Config {
+            home: self.home,
+            node: self.node,
+            aliases: self.aliases,
+            module_path,
+            manager_program: self
+                .manager_program
+                .unwrap_or_else(|| beside.join("rts-manager")),
+            controller_socket: (!self.no_controller).then_some(controller),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    tracing_subscriber::fmt()
+        .with_env_filter(
+            EnvFilter::try_from_env("RTSCTL_LOG").unwrap_or_else(|_| EnvFilter::new("info")),
+        )
+        .with_ansi(false)
+        .with_writer(std::io::stderr)
+        .init();
+    let outcome = std::env::current_exe()
+        .map_err(anyhow::Error::from)
+        .and_then(|program| Ok(rts_agent::run(args.config(&program))?));
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            tracing::error!("{e:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! One verb per file: its arguments, whose text is its help, and what it does.
+
+pub mod apply;
+pub mod completion;
+pub mod diff;
+pub mod docs;
+pub mod down;
+pub mod events;
+pub mod get;
+pub mod logs;
+pub mod manager;
+pub mod plan;
+pub mod teardown;
+pub mod up;
+pub mod version;
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::time::Duration;
+
+use crate::error::CliError;
+use crate::session::Session;
+
+/// A time as people write it (`60s`, `2m30s`), more than nothing.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let example = "write a time such as `60s` or `2m30s`";
+    let parsed: jiff::SignedDuration = text.parse().map_err(|_| example.to_owned())?;
+    let duration = Duration::try_from(parsed).map_err(|_| example.to_owned())?;
+    if duration.is_zero() {
+        return Err("it must be more than nothing".to_owned());
+    }
+    Ok(duration)
+}
+
+/// Waits for something that the controller does, or for Ctrl-C: then says that the controller goes on. A second Ctrl-C
+/// finds nobody that waits: the program has ended.
+pub async fn or_interrupted<T>(
+    wait: impl Future<Output = Result<T, CliError>>,
+    session: &Session,
+) -> Result<T, CliError> {
+    tokio::select! {
+        biased;
+        signal = tokio::signal::ctrl_c() => {
+            if signal.is_ok() {
+                session.out.stderr(
+                    "rtsctl: the controller goes on without this command: see `rtsctl get systems`",
+                );
+            }
+            Err(CliError::Interrupted)
+        }
+        outcome = wait => outcome,
+    }
+}
+
+/// A person can be asked.
+pub fn can_ask() -> bool {
+    std::io::stdin().is_terminal() && std::io::stderr().is_terminal()
+}
+
+/// Asks a yes-or-no question on the terminal; anything but yes is no.
+pub fn ask(question: &str) -> bool {
+    let mut stderr = std::io::stderr();
+    let _ = write!(stderr, "{question} [y/N] ").and_then(|()| stderr.flush());
+    let mut answer = String::new();
+    let read = std::io::stdin().lock().read_line(&mut answer);
+    read.is_ok() && matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_as_people_write_them() {
+        assert_eq!(duration("60s"), Ok(Duration::from_secs(60)));
+        assert_eq!(duration("2m30s"), Ok(Duration::from_secs(150)));
+        assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        assert_eq!(duration("1h"), Ok(Duration::from_secs(3600)));
+        for wrong in ["", "60", "-5s", "0s", "soon", "5 parsecs"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,410 @@
+//! Stops the local stack from its run folder alone, with every daemon dead if need be, and removes the folder.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use rts_manager_api::client::Client;
+use rts_manager_api::control::RequestBody;
+use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
+use rustix::process::Signal;
+
+use super::home::Home;
+use super::lock::is_held;
+use super::process::{Identity, Process, kill_rest_of_group};
+use super::{LocalError, plural};
+
+/// Time for each gentle step before a harder one.
+const GRACE: Duration = Duration::from_secs(5);
+/// Longest wait for a killed process to be gone.
+const KILLED: Duration = Duration::from_secs(5);
+/// How long a manager may take from its folder's making to its lock.
+const STARTING: Duration = Duration::from_secs(1);
+/// Most looks at the run folder; more than fit into [`STARTING`].
+const MAX_ROUNDS: u32 = 100;
+/// Time between two looks at the run folder.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// What was stopped.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Stopped {
+    /// The controller.
+    pub controller: bool,
+    /// Agents, by node.
+    pub agents: Vec<String>,
+    /// Managers, by display name.
+    pub managers: Vec<String>,
+    /// What would not stop, and why.
+    pub left: Vec<String>,
+}
+
+impl Stopped {
+    /// `stopped the controller, 1 agent and 2 managers`.
+    pub fn words(&self) -> String {
+        let mut parts = Vec::new();
+        if self.controller {
+            parts.push("the controller".to_owned());
+        }
+        if !self.agents.is_empty() {
+            parts.push(plural("agent", self.agents.len()));
+        }
+        if !self.managers.is_empty() {
+            let (count, names) = (self.managers.len(), self.managers.join(", "));
+            parts.push(format!("{} ({names})", plural("manager", count)));
+        }
+        match parts.split_last() {
+            None => "nothing was running".to_owned(),
+            Some((last, [])) => format!("stopped {last}"),
+            Some((last, rest)) => format!("stopped {} and {last}", rest.join(", ")),
+        }
+    }
+}
+
+/// A manager that holds its lock.
+#[derive(Debug, Clone)]
+pub struct LiveManager {
+    folder: PathBuf,
+    file: Option<ManagerFile>,
+}
+
+impl LiveManager {
+    /// `hello.main`, or its folder when it did not say who it is.
+    pub fn display_name(&self) -> String {
+        match &self.file {
+            Some(file) => match &file.system {
+                Some(system) => format!("{}.{}", system.name, file.name),
+                None => file.name.clone(),
+            },
+            None => self.folder.display().to_string(),
+        }
+    }
+
+    /// System that it belongs to.
+    pub fn system(&self) -> Option<&str> {
+        Some(self.file.as_ref()?.system.as_ref()?.name.as_str())
+    }
+}
+
+/// Managers that live now, over all nodes.
+pub fn live_managers(home: &Home) -> Result<Vec<LiveManager>, LocalError> {
+    let mut found = Vec::new();
+    for node in folders(&home.run())? {
+        for folder in folders(&node)? {
+            if is_held(&folder.join(LOCK))? {
+                let bytes = std::fs::read(folder.join(MANAGER_JSON)).ok();
+                let file = bytes.and_then(|b| serde_json::from_slice(&b).ok());
+                found.push(LiveManager { folder, file });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Stops everything: first who could start things anew, then the managers, all at once.
+pub fn stop(home: &Home) -> Result<Stopped, LocalError> {
+    let mut stopped = Stopped::default();
+    let controller = stop_daemon(
+        "the controller",
+        &home.controller_json(),
+        &home.controller_lock(),
+    )?;
+    stopped.controller = controller.note(&mut stopped.left);
+    for node in folders(&home.run())? {
+        let name = name_of(&node);
+        let (json, lock) = (node.join("agent.json"), node.join("agent.lock"));
+        let outcome = stop_daemon(&format!("the agent of node {name}"), &json, &lock)?;
+        if outcome.note(&mut stopped.left) {
+            stopped.agents.push(name);
+        }
+    }
+    stop_managers(home, &mut stopped)?;
+    Ok(stopped)
+}
+
+/// Goes round until no manager is alive and none is just being started.
+fn stop_managers(home: &Home, stopped: &mut Stopped) -> Result<(), LocalError> {
+    let end = Instant::now() + STARTING;
+    for _ in 0..MAX_ROUNDS {
+        let live = live_managers(home)?;
+        if !live.is_empty() {
+            let outcomes = std::thread::scope(|scope| {
+                let threads: Vec<_> = live
+                    .iter()
+                    .map(|manager| scope.spawn(|| stop_manager(manager)))
+                    .collect();
+                let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
+                joined.collect::<Vec<_>>()
+            });
+            for (manager, outcome) in live.iter().zip(outcomes) {
+                let name = manager.display_name();
+                match outcome {
+                    Ok(Outcome::Left(reason)) => stopped.left.push(reason),
+                    Ok(_) => stopped.managers.push(name),
+                    Err(_) => stopped
+                        .left
+                        .push(format!("manager {name}: stopping it failed")),
+                }
+            }
+            if !stopped.left.is_empty() {
+                return Ok(());
+            }
+        } else if Instant::now() >= end || !any_starting(home)? {
+            stopped.managers.sort();
+            return Ok(());
+        }
+        std::thread::sleep(PAUSE);
+    }
+    stopped
+        .left
+        .push("managers are started again and again".to_owned());
+    Ok(())
+}
+
+/// A manager's folder without its file: its process may be about to take the lock.
+fn any_starting(home: &Home) -> Result<bool, LocalError> {
+    for node in folders(&home.run())? {
+        for folder in folders(&node)? {
+            if !folder.join(MANAGER_JSON).exists() {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+/// How the end of one process went.
+enum Outcome {
+    Absent,
+    Stopped,
+    Left(String),
+}
+
+impl Outcome {
+    /// True when it was stopped; what is left goes to the list.
+    fn note(self, left: &mut Vec<String>) -> bool {
+        match self {
+            Outcome::Absent => false,
+            Outcome::Stopped => true,
+            Outcome::Left(reason) => {
+                left.push(reason);
+                false
+            }
+        }
+    }
+}
+
+fn stop_daemon(what: &str, json: &Path, lock: &Path) -> Result<Outcome, LocalError> {
+    let Some(process) = Identity::read(json).and_then(|identity| identity.open()) else {
+        return Ok(if is_held(lock)? {
+            Outcome::Left(format!(
+                "{what} holds {} but {} does not say which process it is",
+                lock.display(),
+                json.display()
+            ))
+        } else {
+            Outcome::Absent
+        });
+    };
+    process.signal(Signal::TERM);
+    if !process.ended(GRACE) {
+        process.signal(Signal::KILL);
+        if !process.ended(KILLED) {
+            let pid = process.pid();
+            return Ok(Outcome::Left(format!("{what} (pid {pid}) does not die")));
+        }
+    }
+    Ok(Outcome::Stopped)
+}
+
+/// Asks, then SIGTERM, then SIGKILL; the last two to the whole process group.
+fn stop_manager(manager: &LiveManager) -> Outcome {
+    let name = manager.display_name();
+    let client = Client::connect(&manager.folder.join(CONTROL_SOCKET), GRACE).ok();
+    let process = match (&manager.file, &client) {
+        (Some(file), _) => Identity {
+            pid: file.pid,
+            start_ticks: file.start_ticks,
+            boot_id: file.boot_id.clone(),
+            version: String::new(),
+        }
+        .open(),
+        (None, Some(client)) => Process::open(client.hello().pid),
+        (None, None) => None,
+    };
+    let Some(process) = process else {
+        return match is_held(&manager.folder.join(LOCK)) {
+            // It ended by itself in the meantime.
+            Ok(false) => Outcome::Stopped,
+            _ => Outcome::Left(format!(
+                "manager {name} holds {} but its process is not known",
+                manager.folder.join(LOCK).display()
+            )),
+        };
+    };
+    let asked = client.is_some_and(|mut c| c.call(RequestBody::Shutdown, GRACE).is_ok());
+    let gone = (asked && process.ended(GRACE))
+        || {
+            process.signal_group(Signal::TERM);
+            process.ended(GRACE)
+        }
+        || {
+            process.signal_group(Signal::KILL);
+            process.ended(KILLED)
+        };
+    let pid = process.pid();
+    if !gone {
+        return Outcome::Left(format!("manager {name} (pid {pid}) does not die"));
+    }
+    kill_rest_of_group(pid);
+    Outcome::Stopped
+}
+
+/// Removes `run/`; with `purge` also `state/`, `logs/` and the home if nothing else is in it. Gives what it left alone.
+pub fn remove(home: &Home, purge: bool) -> Result<Vec<PathBuf>, LocalError> {
+    let mut alone = Vec::new();
+    let own = |folder: PathBuf, marks: &[&str], alone: &mut Vec<PathBuf>| {
+        if !folder.is_dir() {
+            return Ok(());
+        }
+        if !is_ours(&folder, marks)? {
+            alone.push(folder);
+            return Ok(());
+        }
+        std::fs::remove_dir_all(&folder).map_err(LocalError::file("remove", folder))
+    };
+    let marks = [
+        "controller.lock",
+        "controller.json",
+        "agent.lock",
+        "agent.json",
+        LOCK,
+    ];
+    own(home.run(), &marks, &mut alone)?;
+    if purge {
+        own(
+            home.state(),
+            &["controller.redb", "node-spec.json"],
+            &mut alone,
+        )?;
+        own(home.logs(), &["controller.log", "agent.log"], &mut alone)?;
+        // Fails when anything else is in it: that is not ours to remove.
+        if std::fs::remove_dir(home.path()).is_err() && alone.is_empty() {
+            alone.push(home.path().to_owned());
+        }
+    }
+    Ok(alone)
+}
+
+/// A mistaken home must lose nothing: a folder is ours if it holds no file, or one that only our programs write.
+fn is_ours(folder: &Path, marks: &[&str]) -> Result<bool, LocalError> {
+    let mut names = Vec::new();
+    collect_names(folder, 2, &mut names)?;
+    Ok(names.is_empty() || names.iter().any(|name| marks.contains(&name.as_str())))
+}
+
+/// Names of what is in a folder; of folders only those that are too deep to be looked into.
+fn collect_names(folder: &Path, depth: u32, names: &mut Vec<String>) -> Result<(), LocalError> {
+    for entry in std::fs::read_dir(folder).map_err(LocalError::file("read", folder))? {
+        let entry = entry.map_err(LocalError::file("read", folder))?;
+        if depth > 0 && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            collect_names(&entry.path(), depth - 1, names)?;
+        } else {
+            names.push(entry.file_name().to_string_lossy().into_owned());
+        }
+    }
+    Ok(())
+}
+
+/// The folders in a folder, sorted; none when it is not there. Links are not followed.
+fn folders(path: &Path) -> Result<Vec<PathBuf>, LocalError> {
+    let entries = match std::fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(e) => return Err(LocalError::file("read", path)(e)),
+    };
+    let mut found: Vec<_> = entries
+        .filter_map(Result::ok)
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+        .map(|entry| entry.path())
+        .collect();
+    found.sort();
+    Ok(found)
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn home(folder: &Path) -> Home {
+        Home::settle(Some(folder.to_owned())).unwrap()
+    }
+
+    fn write(path: &Path) {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, "x").unwrap();
+    }
+
+    #[test]
+    fn a_purge_takes_what_is_ours_and_the_home() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(&temp.path().join("h"));
+        write(&home.controller_lock());
+        write(&home.state().join("controller.redb"));
+        write(&home.agent_log("local"));
+        assert_eq!(remove(&home, true).unwrap(), Vec::<PathBuf>::new());
+        assert!(!home.path().exists());
+    }
+
+    #[test]
+    fn a_mistaken_home_loses_nothing() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        for file in [
+            "run/fast.sh",
+            "state/of/the/art.txt",
+            "logs/2026.log",
+            "thesis.tex",
+        ] {
+            write(&temp.path().join(file));
+        }
+        let alone = remove(&home, true).unwrap();
+        assert_eq!(alone, [home.run(), home.state(), home.logs()]);
+        assert!(temp.path().join("state/of/the/art.txt").exists());
+        assert!(temp.path().join("thesis.tex").exists());
+    }
+
+    #[test]
+    fn down_without_purge_keeps_state_and_logs() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        write(&home.agent_lock("local"));
+        write(&home.state().join("controller.redb"));
+        remove(&home, false).unwrap();
+        assert!(!home.run().exists());
+        assert!(home.state().exists());
+    }
+
+    #[test]
+    fn a_home_where_nothing_runs_has_nothing_to_stop() {
+        let temp = tempfile::tempdir().unwrap();
+        let stopped = stop(&home(temp.path())).unwrap();
+        assert_eq!(stopped, Stopped::default());
+        assert_eq!(stopped.words(), "nothing was running");
+    }
+
+    #[test]
+    fn what_was_stopped_is_said() {
+        let stopped = Stopped {
+            controller: true,
+            agents: vec!["local".to_owned()],
+            managers: vec!["hello.Printer0".to_owned(), "hello.main".to_owned()],
+            left: Vec::new(),
+        };
+        insta::assert_snapshot!(stopped.words(), @"stopped the controller, 1 agent and 2 managers (hello.Printer0, hello.main)");
+    }
+}

@@ -1,0 +1,250 @@
+//! Objects of each kind as tables.
+
+use jiff::Timestamp;
+use rts_controller_api::objects::{Component, Connector, Event, Kind, Manager, Node, System};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::age::age;
+use super::table::Table;
+use crate::error::CliError;
+
+/// The table of some objects of one kind.
+pub fn table(kind: Kind, items: &[Value], look: Look) -> Result<Table, CliError> {
+    Ok(match kind {
+        Kind::System => systems(&typed(kind, items)?, look),
+        Kind::Node => nodes(&typed(kind, items)?, look),
+        Kind::Component => components(&typed(kind, items)?, look),
+        Kind::Connector => connectors(&typed(kind, items)?, look),
+        Kind::Manager => managers(&typed(kind, items)?, look),
+        Kind::Event => events(&typed(kind, items)?, look),
+    })
+}
+
+/// Objects of a kind as this version knows them.
+pub fn typed<T: DeserializeOwned>(kind: Kind, items: &[Value]) -> Result<Vec<T>, CliError> {
+    let typed = items.iter().map(|item| T::deserialize(item));
+    typed
+        .collect::<Result<_, _>>()
+        .map_err(|source| CliError::Object {
+            object: format!("an object among the {}", kind.plural()),
+            source,
+        })
+}
+
+/// Names of those in a list that are in no system.
+pub fn drift(kind: Kind, items: &[Value]) -> Vec<String> {
+    let drifts = |item: &&Value| item["status"]["drift"].as_bool() == Some(true);
+    let name = |item: &Value| item["metadata"]["name"].as_str().map(str::to_owned);
+    if matches!(kind, Kind::Component | Kind::Connector) {
+        items.iter().filter(drifts).filter_map(name).collect()
+    } else {
+        Vec::new()
+    }
+}
+
+/// One column: its header, whether only wide tables have it, and its cell.
+struct Column<T>(&'static str, Width, fn(&T) -> String);
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Width {
+    Any,
+    Wide,
+}
+use Width::{Any, Wide};
+
+/// The columns of a kind; the age is always the last one.
+fn columns<T>(
+    items: &[T],
+    columns: &[Column<T>],
+    born: fn(&T) -> Option<Timestamp>,
+    look: Look,
+) -> Table {
+    let shown = |column: &&Column<T>| look.wide || column.1 == Any;
+    let shown: Vec<_> = columns.iter().filter(shown).collect();
+    let headers = shown.iter().map(|column| column.0).chain(["AGE"]);
+    let mut table = Table::new(&headers.collect::<Vec<_>>());
+    for item in items {
+        let cells = shown.iter().map(|column| (column.2)(item));
+        table.row(cells.chain([age(born(item), look.now)]));
+    }
+    table
+}
+
+/// How wide a table is, and when it is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// More columns.
+    pub wide: bool,
+    /// For ages.
+    pub now: Timestamp,
+}
+
+fn systems(items: &[System], look: Look) -> Table {
+    let all = [
+        Column("NAME", Any, |s: &System| s.metadata.name.clone()),
+        Column("GENERATION", Any, |s| s.metadata.generation.to_string()),
+        Column("SYNCED", Any, |s| yes(s.status.synced)),
+        Column("HEALTHY", Any, |s| yes(s.status.healthy)),
+        Column("COMPONENTS", Any, |s| {
+            format!("{}/{}", s.status.active, s.status.components)
+        }),
+        Column("PHASE", Any, |s| format!("{:?}", s.status.phase)),
+        Column("ID", Wide, |s| one_word(&s.spec.full_id)),
+    ];
+    columns(items, &all, |s| s.metadata.creation_timestamp, look)
+}
+
+fn nodes(items: &[Node], look: Look) -> Table {
+    let all = [
+        Column("NAME", Any, |n: &Node| n.metadata.name.clone()),
+        Column("STATE", Any, |n| n.status.state.clone()),
+        Column("MANAGERS", Any, |n| n.status.managers.to_string()),
+        Column("COMPONENTS", Any, |n| n.status.components.to_string()),
+        Column("VERSION", Any, |n| n.status.version.clone()),
+        Column("ENDPOINT", Wide, |n| one_word(&n.spec.endpoint)),
+    ];
+    columns(items, &all, |n| n.metadata.creation_timestamp, look)
+}
+
+fn components(items: &[Component], look: Look) -> Table {
+    let all = [
+        Column("NAME", Any, |c: &Component| c.metadata.name.clone()),
+        Column("TYPE", Any, |c| c.spec.type_name.clone()),
+        Column("NODE", Any, |c| c.status.node.clone()),
+        Column("MANAGER", Any, |c| c.status.manager.clone()),
+        Column("STATE", Any, |c| c.status.state.clone()),
+        Column("RESTARTS", Any, |c| c.status.restarts.to_string()),
+        Column("SYSTEM", Wide, |c| {
+            system_or_drift(&c.spec.system, c.status.drift)
+        }),
+        Column("PID", Wide, |c| text(c.status.pid)),
+        Column("RATE", Wide, |c| {
+            text(c.status.rate.map(|rate| format!("{rate}Hz")))
+        }),
+        Column("EXECUTIONS", Wide, |c| c.status.executions.to_string()),
+    ];
+    let born = |c: &Component| c.status.created.or(c.metadata.creation_timestamp);
+    columns(items, &all, born, look)
+}
+
+fn connectors(items: &[Connector], look: Look) -> Table {
+    let all = [
+        Column("NAME", Any, |c: &Connector| c.metadata.name.clone()),
+        Column("STATE", Any, |c| c.status.state.clone()),
+        Column("SENT", Any, |c| c.status.samples_sent.to_string()),
+        Column("RECEIVED", Any, |c| c.status.samples_received.to_string()),
+        Column("DROPS", Any, |c| c.status.drops.to_string()),
+        Column("SOURCE", Wide, |c| c.spec.source.clone()),
+        Column("TARGET", Wide, |c| c.spec.target.clone()),
+        Column("TYPE", Wide, |c| one_word(&text(c.spec.data_type.as_ref()))),
+        Column("TRANSPORT", Wide, |c| c.status.transport.clone()),
+        Column("BYTES", Wide, |c| c.status.bytes.to_string()),
+        Column("SYSTEM", Wide, |c| {
+            system_or_drift(&c.spec.system, c.status.drift)
+        }),
+    ];
+    columns(items, &all, |c| c.metadata.creation_timestamp, look)
+}
+
+fn managers(items: &[Manager], look: Look) -> Table {
+    let all = [
+        Column("NAME", Any, |m: &Manager| m.metadata.name.clone()),
+        Column("NODE", Any, |m| m.status.node.clone()),
+        Column("PID", Any, |m| m.status.pid.to_string()),
+        Column("STATE", Any, |m| m.status.state.clone()),
+        Column("COMPONENTS", Any, |m| m.status.components.len().to_string()),
+        Column("INSTANCES", Wide, |m| m.status.components.join(",")),
+        Column("MODULES", Wide, |m| m.status.modules.join(",")),
+    ];
+    let born = |m: &Manager| m.status.started.or(m.metadata.creation_timestamp);
+    columns(items, &all, born, look)
+}
+
+fn events(items: &[Event], look: Look) -> Table {
+    let all = [
+        Column("TYPE", Any, |e: &Event| e.spec.kind.clone()),
+        Column("REASON", Any, |e| e.spec.reason.clone()),
+        Column("OBJECT", Any, |e| e.spec.object.clone()),
+        Column("SYSTEM", Wide, |e| e.spec.system.clone()),
+        Column("MESSAGE", Any, |e| e.spec.message.clone()),
+    ];
+    let born = |e: &Event| e.status.time.or(e.metadata.creation_timestamp);
+    columns(items, &all, born, look)
+}
+
+/// Nothing becomes an empty cell.
+fn text(value: Option<impl ToString>) -> String {
+    value.map(|value| value.to_string()).unwrap_or_default()
+}
+
+fn yes(value: bool) -> String {
+    if value { "True" } else { "False" }.to_owned()
+}
+
+fn system_or_drift(system: &str, drift: bool) -> String {
+    if drift {
+        format!("{system}(drift)")
+    } else {
+        system.to_owned()
+    }
+}
+
+/// Scripts split lines at blanks.
+fn one_word(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join("_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::show::samples;
+
+    fn look(wide: bool) -> Look {
+        Look {
+            wide,
+            now: samples::NOW,
+        }
+    }
+
+    fn render(kind: Kind, wide: bool) -> String {
+        let items = samples::values(kind);
+        table(kind, &items, look(wide)).unwrap().render(true, false)
+    }
+
+    #[test]
+    fn tables_look_as_people_know_them() {
+        let all: Vec<_> = Kind::ALL.iter().map(|kind| render(*kind, false)).collect();
+        insta::assert_snapshot!(all.join("\n"));
+    }
+
+    #[test]
+    fn wide_tables_say_more() {
+        let all: Vec<_> = Kind::ALL.iter().map(|kind| render(*kind, true)).collect();
+        insta::assert_snapshot!(all.join("\n"));
+    }
+
+    #[test]
+    fn all_but_messages_have_no_blanks_in_a_cell() {
+        for kind in Kind::ALL.into_iter().filter(|kind| *kind != Kind::Event) {
+            let text = render(kind, true);
+            let columns = |line: &str| line.split_whitespace().count();
+            let header = columns(text.lines().next().unwrap());
+            assert!(text.lines().all(|line| columns(line) == header), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_in_no_system_is_found() {
+        let items = samples::values(Kind::Component);
+        assert_eq!(drift(Kind::Component, &items), ["C9"]);
+        assert!(drift(Kind::Node, &samples::values(Kind::Node)).is_empty());
+    }
+
+    #[test]
+    fn an_object_of_another_version_is_an_error_and_no_panic() {
+        let items = [serde_json::json!({"kind": "Component"})];
+        let error = table(Kind::Component, &items, look(false)).unwrap_err();
+        assert_eq!(error.exit().code(), 4);
+    }
+}

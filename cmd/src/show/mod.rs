@@ -1,0 +1,10 @@
+//! How objects, plans, findings and progress look.
+
+pub mod age;
+pub mod findings;
+pub mod lists;
+pub mod plan;
+pub mod progress;
+#[cfg(test)]
+pub mod samples;
+pub mod table;

@@ -1,0 +1,376 @@
+//! Steps that bring up: Install, StartManager, LoadModule, Create, Configure, Reset, Connect, Activate.
+
+use std::collections::BTreeMap;
+
+use rts_schemas::system::Configuration;
+
+use crate::decide::{Decisions, Make};
+use crate::diff::{self, InPlace};
+use crate::graph::{Gate, Ix, NewStep, Steps};
+use crate::index::{Facts, Id, Seat, Want};
+use crate::links::Links;
+use crate::observed::LifeCycleState;
+use crate::order::{Order, Standing};
+use crate::plan::{Blocked, Work};
+use crate::take_down::Down;
+use crate::target;
+
+/// What the steps are, for the changes that are shown.
+#[derive(Debug, Default)]
+pub(crate) struct Up<'a> {
+    /// Processes that start.
+    pub starts: BTreeMap<Seat<'a>, Ix>,
+    /// Components that change in place.
+    pub in_place: BTreeMap<Id<'a>, InPlace>,
+    /// Components that are reset.
+    pub resets: BTreeMap<Id<'a>, Ix>,
+    /// Components that are activated.
+    pub activates: BTreeMap<Id<'a>, Ix>,
+    /// Components that cannot become Active now, and why.
+    pub waits: BTreeMap<Id<'a>, String>,
+}
+
+/// Adds the steps.
+pub(crate) fn add<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    links: &Links<'a>,
+    down: &Down<'a>,
+    blocked: &Blocked,
+    steps: &mut Steps,
+) -> Up<'a> {
+    let mut bringer = Bringer {
+        facts,
+        decisions,
+        down,
+        blocked,
+        steps,
+        installs: BTreeMap::new(),
+        loads: BTreeMap::new(),
+        creates: BTreeMap::new(),
+        configures: BTreeMap::new(),
+        connects: BTreeMap::new(),
+        up: Up {
+            waits: decisions.waits.clone(),
+            ..Up::default()
+        },
+    };
+    for (id, make) in &decisions.makes {
+        bringer.create(*id, make);
+    }
+    for (id, live) in &decisions.present {
+        bringer.change_in_place(*id, *live);
+    }
+    bringer.connect(links);
+    bringer.create_and_reset_orders();
+    bringer.activate();
+    bringer.prefer_down_stream_first();
+    bringer.up
+}
+
+struct Bringer<'s, 'f, 'a> {
+    facts: &'f Facts<'a>,
+    decisions: &'f Decisions<'a>,
+    down: &'f Down<'a>,
+    blocked: &'f Blocked,
+    steps: &'s mut Steps,
+    installs: BTreeMap<(&'a str, &'a str, Option<&'a str>), Ix>,
+    loads: BTreeMap<(Seat<'a>, &'a str), Ix>,
+    creates: BTreeMap<Id<'a>, Ix>,
+    configures: BTreeMap<Id<'a>, Ix>,
+    /// Connect steps at either end of a component.
+    connects: BTreeMap<Id<'a>, Vec<Ix>>,
+    up: Up<'a>,
+}
+
+impl<'a> Bringer<'_, '_, 'a> {
+    fn create(&mut self, id: Id<'a>, make: &Make) {
+        let want = &self.facts.wants[&id];
+        let spec = &want.placed.spec;
+        let before = self.module(want);
+        let create = self.steps.add(NewStep {
+            node: want.node,
+            target: target::component(&spec.instance),
+            system: Some(want.system),
+            work: Work::Create {
+                manager: want.key.clone(),
+                instance: spec.instance.clone(),
+                type_name: spec.type_name.clone(),
+                recreate_hash: want.placed.recreate_hash.clone(),
+                configuration: spec.configuration.clone(),
+                execution_kind: spec.execution_context.kind,
+                rate: spec.execution_context.rate,
+            },
+            reason: make.reason.clone(),
+        });
+        self.steps.need(create, before);
+        // Never two of one name on a node, never two of one identity anywhere.
+        let stopped = self.down.stopped.get(&want.seat());
+        let others = self.facts.by_name.get(&(want.node, id.instance));
+        let own = self.facts.instances(id);
+        for live in others.into_iter().flatten().chain(own) {
+            let implied = stopped.is_some() && self.facts.lives[*live].seat() == want.seat();
+            if let Some(&gone) = self.down.gone.get(live).filter(|_| !implied) {
+                self.steps.need(create, [gone]);
+            }
+        }
+        self.creates.insert(id, create);
+    }
+
+    /// The last step that makes a type available in a component's process, if any is needed.
+    fn module(&mut self, want: &Want<'a>) -> Option<Ix> {
+        let seat = want.seat();
+        let stays = !self.decisions.stops.contains_key(&seat);
+        let process = self.facts.processes.get(&seat).filter(|_| stays);
+        let type_name = want.placed.spec.type_name.as_str();
+        if process.is_some_and(|manager| manager.modules.contains(type_name)) {
+            return None;
+        }
+        if let Some(&load) = self.loads.get(&(seat.clone(), type_name)) {
+            return Some(load);
+        }
+        let start = process.is_none().then(|| self.start(&seat));
+        let install = self.install(want);
+        let load = self.steps.add(NewStep {
+            node: want.node,
+            target: target::module(type_name, &want.key),
+            system: Some(want.system),
+            work: Work::LoadModule {
+                manager: want.key.clone(),
+                type_name: type_name.to_owned(),
+                module_digest: want.placed.module_digest.clone(),
+            },
+            reason: format!("{} needs it", want.placed.spec.instance),
+        });
+        self.steps.need(load, start.into_iter().chain([install]));
+        self.loads.insert((seat, type_name), load);
+        Some(load)
+    }
+
+    fn start(&mut self, seat: &Seat<'a>) -> Ix {
+        if let Some(&start) = self.up.starts.get(seat) {
+            return start;
+        }
+        let stop = self.down.stopped.get(seat).copied();
+        let reason = match stop {
+            Some(_) => "starts again",
+            None => "is not running",
+        };
+        let start = self.steps.add(NewStep {
+            node: seat.0,
+            target: target::manager(&seat.1),
+            system: seat.1.system.as_ref(),
+            work: Work::StartManager {
+                manager: seat.1.clone(),
+            },
+            reason: reason.to_owned(),
+        });
+        self.steps.need(start, stop);
+        self.up.starts.insert(seat.clone(), start);
+        start
+    }
+
+    fn install(&mut self, want: &Want<'a>) -> Ix {
+        let type_name = want.placed.spec.type_name.as_str();
+        let digest = want.placed.module_digest.as_deref();
+        let steps = &mut *self.steps;
+        let install = self.installs.entry((want.node, type_name, digest));
+        *install.or_insert_with(|| {
+            steps.add(NewStep {
+                node: want.node,
+                target: target::package(type_name, want.node),
+                system: Some(want.system),
+                work: Work::Install {
+                    type_name: type_name.to_owned(),
+                    module_digest: digest.map(str::to_owned),
+                },
+                reason: format!("{} needs it", want.placed.spec.instance),
+            })
+        })
+    }
+
+    fn change_in_place(&mut self, id: Id<'a>, live: usize) {
+        let want = &self.facts.wants[&id];
+        let live = &self.facts.lives[live];
+        if self.decisions.waits.contains_key(&id) {
+            return;
+        }
+        let Some(change) = diff::in_place(&want.placed.spec, live.component) else {
+            return;
+        };
+        let target = target::component(id.instance);
+        if let Some(why) = self.blocked.get(&target) {
+            self.up.waits.insert(id, why.clone());
+            return;
+        }
+        let configure = self.steps.add(NewStep {
+            node: want.node,
+            target,
+            system: Some(want.system),
+            work: Work::Configure {
+                manager: want.key.clone(),
+                instance: id.instance.to_owned(),
+                configuration: Configuration::clone(&change.configuration),
+                rate: change.rate,
+            },
+            reason: change.reason.clone(),
+        });
+        self.configures.insert(id, configure);
+        self.up.in_place.insert(id, change);
+    }
+
+    fn connect(&mut self, links: &Links<'a>) {
+        for (key, join) in &links.joins {
+            let connector = join.connector;
+            let step = self.steps.add(NewStep {
+                node: &connector.source.node,
+                target: target::connector(&connector.spec.name),
+                system: Some(join.system),
+                work: Work::Connect {
+                    connector: connector.clone(),
+                },
+                reason: join.reason.clone(),
+            });
+            self.steps.need(step, self.down.cut.get(key).copied());
+            let ends = [&connector.spec.source, &connector.spec.target];
+            for end in ends {
+                let id = Id {
+                    uid: key.0,
+                    instance: &end.instance,
+                };
+                self.steps.need(step, self.creates.get(&id).copied());
+                self.connects.entry(id).or_default().push(step);
+            }
+        }
+    }
+
+    /// StartUp and Initializing order Create; Resetting orders Reset. Who must wait for good was decided before.
+    fn create_and_reset_orders(&mut self) {
+        for id in self.decisions.present.keys() {
+            self.reset(*id);
+        }
+        for (uid, members) in self.facts.members() {
+            let Some(system) = self.facts.orders.get(uid) else {
+                continue;
+            };
+            let orders = system.orders;
+            let lists: [&[_]; 2] = [&orders.start_up, &orders.initializing];
+            let (steps, creates) = (&mut *self.steps, &self.creates);
+            Order::new("StartUp", &lists, members.iter().copied())
+                .walk(|instance, gate| gated(steps, creates.get(&Id { uid, instance }), gate));
+            let resets = &self.up.resets;
+            Order::new("Resetting", &[&orders.resetting], members)
+                .walk(|instance, gate| gated(steps, resets.get(&Id { uid, instance }), gate));
+        }
+    }
+
+    fn reset(&mut self, id: Id<'a>) {
+        let want = &self.facts.wants[&id];
+        let live = &self.facts.lives[self.decisions.present[&id]];
+        let error = live.component.state == LifeCycleState::Error;
+        if !error || self.up.waits.contains_key(&id) {
+            return;
+        }
+        let message = live.component.message.as_deref();
+        let message = message.unwrap_or("no reason was given");
+        if !want.placed.spec.policy.reset_on_error {
+            let wait = format!("in Error: {message} (rtsctl.resetOnError is off)");
+            self.up.waits.insert(id, wait);
+            return;
+        }
+        let target = target::component(id.instance);
+        if let Some(why) = self.blocked.get(&target) {
+            self.up.waits.insert(id, why.clone());
+            return;
+        }
+        let reset = self.steps.add(NewStep {
+            node: want.node,
+            target,
+            system: Some(want.system),
+            work: Work::Reset {
+                manager: want.key.clone(),
+                instance: id.instance.to_owned(),
+            },
+            reason: format!("is in Error: {message}"),
+        });
+        self.steps.need(reset, self.configures.get(&id).copied());
+        self.up.resets.insert(id, reset);
+    }
+
+    fn activate(&mut self) {
+        for (uid, members) in self.facts.members() {
+            let Some(system) = self.facts.orders.get(uid) else {
+                continue;
+            };
+            let lists: [&[_]; 1] = [&system.orders.activation];
+            Order::new("Activation", &lists, members)
+                .walk(|instance, gate| self.activate_one(Id { uid, instance }, gate));
+        }
+    }
+
+    fn activate_one(&mut self, id: Id<'a>, gate: Gate) -> Standing {
+        let live = self.decisions.present.get(&id);
+        let live = live.map(|live| &self.facts.lives[*live]);
+        if live.is_some_and(|l| l.component.state == LifeCycleState::Active && l.manager.responsive)
+        {
+            return Standing::Done;
+        }
+        if self.up.waits.contains_key(&id) {
+            return Standing::Waits;
+        }
+        let target = target::component(id.instance);
+        let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&target));
+        if let Some(problem) = problem {
+            self.up.waits.insert(id, problem.clone());
+            return Standing::Waits;
+        }
+        let want = &self.facts.wants[&id];
+        let reason = match live {
+            None => "is to be Active",
+            Some(live) if live.component.state == LifeCycleState::Error => "was reset",
+            Some(_) => "is not Active",
+        };
+        let step = self.steps.add(NewStep {
+            node: want.node,
+            target,
+            system: Some(want.system),
+            work: Work::Activate {
+                manager: want.key.clone(),
+                instance: id.instance.to_owned(),
+            },
+            reason: reason.to_owned(),
+        });
+        self.steps.gate(step, gate);
+        let connects = self.connects.get(&id).cloned().unwrap_or_default();
+        if connects.is_empty() {
+            self.steps.need(step, self.creates.get(&id).copied());
+        }
+        self.steps.need(step, connects);
+        let reset = self.up.resets.get(&id).or(self.configures.get(&id));
+        self.steps.need(step, reset.copied());
+        self.up.activates.insert(id, step);
+        Standing::Step(step)
+    }
+
+    /// Where the profile is silent, what a source feeds is asked to start before the source, so that no sample is lost.
+    fn prefer_down_stream_first(&mut self) {
+        for ((uid, _), (_, connector)) in &self.facts.links {
+            let step = |instance| self.up.activates.get(&Id { uid, instance }).copied();
+            let source = step(connector.spec.source.instance.as_str());
+            let target = step(connector.spec.target.instance.as_str());
+            if let (Some(source), Some(target)) = (source, target) {
+                self.steps.prefer(source, target);
+            }
+        }
+    }
+}
+
+fn gated(steps: &mut Steps, step: Option<&Ix>, gate: Gate) -> Standing {
+    match step {
+        Some(&step) => {
+            steps.gate(step, gate);
+            Standing::Step(step)
+        }
+        None => Standing::Done,
+    }
+}

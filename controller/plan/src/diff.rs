@@ -1,0 +1,351 @@
+//! Differences for people: one change for each target, with the fields that differ.
+
+use std::collections::BTreeMap;
+
+use rts_schemas::system::{ComponentSpec, Configuration};
+
+use crate::bring_up::Up;
+use crate::decide::{Decisions, Fate, Stop, made_by_hand};
+use crate::index::{Facts, Id, Live, Seat};
+use crate::links::Links;
+use crate::observed::{ComponentObserved, LifeCycleState};
+use crate::plan::{Action, Change, FieldChange, Restart};
+use crate::target;
+
+/// What changes in a component that stays.
+#[derive(Debug)]
+pub(crate) struct InPlace {
+    pub fields: Vec<FieldChange>,
+    pub configuration: Configuration,
+    pub rate: Option<f64>,
+    pub reason: String,
+}
+
+/// Compares configuration, active set and rate; only what the spec names. None when nothing differs.
+pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option<InPlace> {
+    let mut change = InPlace {
+        fields: Vec::new(),
+        configuration: Configuration::default(),
+        rate: None,
+        reason: String::new(),
+    };
+    let mut reasons = Vec::new();
+    let mut field = |path: String, name: &str, old: Option<String>, new: String| {
+        reasons.push(match &old {
+            Some(old) => format!("{name} changed from {old} to {new}"),
+            None => format!("{name} is now {new}"),
+        });
+        change.fields.push(FieldChange {
+            field: path,
+            old,
+            new: Some(new),
+        });
+    };
+    if let Some(active) = &spec.configuration.active {
+        let old = live.configuration.active.as_deref().unwrap_or("default");
+        if old != active {
+            let path = "configuration.active".to_owned();
+            field(path, "the active set", Some(old.to_owned()), active.clone());
+            change.configuration.active = Some(active.clone());
+        }
+    }
+    for (set, values) in &spec.configuration.sets {
+        for (name, new) in values {
+            let old = live.configuration.sets.get(set).and_then(|s| s.get(name));
+            if old.is_some_and(|old| same_value(old, new)) {
+                continue;
+            }
+            let path = format!("configuration.{set}.{name}");
+            field(path, name, old.cloned(), new.clone());
+            let sets = &mut change.configuration.sets;
+            sets.entry(set.clone())
+                .or_default()
+                .insert(name.clone(), new.clone());
+        }
+    }
+    if let Some(rate) = spec.execution_context.rate
+        && !same_rate(rate, live.rate)
+    {
+        let old = Some(live.rate.to_string());
+        field("rate".to_owned(), "rate", old, rate.to_string());
+        change.rate = Some(rate);
+    }
+    if reasons.is_empty() {
+        return None;
+    }
+    change.reason = format!("{}: set in place", reasons.join(", "));
+    Some(change)
+}
+
+/// Equal as text, or equal as numbers.
+fn same_value(one: &str, other: &str) -> bool {
+    if one == other {
+        return true;
+    }
+    match (one.trim().parse::<i128>(), other.trim().parse::<i128>()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => match (one.trim().parse::<f64>(), other.trim().parse::<f64>()) {
+            (Ok(one), Ok(other)) => one == other,
+            _ => false,
+        },
+    }
+}
+
+/// A period is kept in whole nanoseconds, so that a rate may come back a little off.
+fn same_rate(one: f64, other: f64) -> bool {
+    one == other || (one - other).abs() <= 1e-6 * one.abs().max(other.abs())
+}
+
+/// All changes, sorted by target.
+pub(crate) fn changes<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    links: &Links<'a>,
+    up: &Up<'a>,
+) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for (id, make) in &decisions.makes {
+        changes.push(made(facts, *id, make.old, &make.reason));
+    }
+    for id in decisions.present.keys() {
+        changes.extend(changed(facts, decisions, up, *id));
+    }
+    for (ix, live) in facts.lives.iter().enumerate() {
+        if decisions.fates[ix] == Fate::Gone {
+            changes.extend(removed(facts, decisions, live));
+        }
+    }
+    connectors(links, &mut changes);
+    managers(decisions, up, &mut changes);
+    changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
+    changes
+}
+
+fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> Change {
+    let want = &facts.wants[&id];
+    let spec = &want.placed.spec;
+    let mut fields = Vec::new();
+    if let Some(live) = old.map(|old| &facts.lives[old]) {
+        let component = live.component;
+        let kind = spec.execution_context.kind;
+        let pairs = [
+            ("node", live.node.to_owned(), want.node.to_owned()),
+            (
+                "manager",
+                live.manager.key.name.clone(),
+                want.key.name.clone(),
+            ),
+            ("type", component.type_name.clone(), spec.type_name.clone()),
+            (
+                "executionKind",
+                format!("{:?}", component.execution_kind),
+                format!("{kind:?}"),
+            ),
+        ];
+        for (field, old, new) in pairs {
+            if old != new {
+                fields.push(FieldChange {
+                    field: field.to_owned(),
+                    old: Some(old),
+                    new: Some(new),
+                });
+            }
+        }
+        // What changes on the way is worth knowing too.
+        fields.extend(in_place(spec, component).map_or(Vec::new(), |change| change.fields));
+    }
+    Change {
+        action: if old.is_some() {
+            Action::Restart
+        } else {
+            Action::Add
+        },
+        target: target::component(id.instance),
+        system: Some(want.system.name.clone()),
+        reason: reason.to_owned(),
+        fields,
+    }
+}
+
+fn changed<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    up: &Up<'a>,
+    id: Id<'a>,
+) -> Option<Change> {
+    let live = &facts.lives[decisions.present[&id]];
+    let in_place = up.in_place.get(&id);
+    let mut fields = in_place.map_or(Vec::new(), |change| change.fields.clone());
+    let mut reasons: Vec<String> = in_place.map(|c| c.reason.clone()).into_iter().collect();
+    let to = if up.activates.contains_key(&id) {
+        Some(LifeCycleState::Active)
+    } else {
+        up.resets.get(&id).map(|_| LifeCycleState::Inactive)
+    };
+    if let Some(to) = to {
+        let state = live.component.state;
+        fields.push(FieldChange {
+            field: "state".to_owned(),
+            old: Some(format!("{state:?}")),
+            new: Some(format!("{to:?}")),
+        });
+        reasons.push(match state {
+            LifeCycleState::Error => "is in Error: reset".to_owned(),
+            _ => format!("is {state:?}: activated"),
+        });
+    }
+    if reasons.is_empty() {
+        return None;
+    }
+    Some(Change {
+        action: Action::Change,
+        target: target::component(id.instance),
+        system: live.component.system.as_ref().map(|s| s.name.clone()),
+        reason: reasons.join("; "),
+        fields,
+    })
+}
+
+fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) -> Option<Change> {
+    let reason = match live.id() {
+        None => "was made by hand and ends with its process".to_owned(),
+        Some(id) => match (decisions.makes.get(&id), decisions.waits.get(&id)) {
+            (Some(make), _) if make.old.is_some_and(|old| is(&facts.lives[old], live)) => {
+                return None;
+            }
+            (None, Some(why)) if !decisions.present.contains_key(&id) => {
+                format!("ends with its process, and cannot be made again now: {why}")
+            }
+            _ if facts.wants.contains_key(&id) => {
+                let manager = live.manager.key.display_name();
+                format!("a second instance, in manager {manager} on {}", live.node)
+            }
+            _ if facts.has_members(id.uid) => "is not in the system any more".to_owned(),
+            _ => "its system is torn down".to_owned(),
+        },
+    };
+    Some(Change {
+        action: Action::Remove,
+        target: target::component(&live.component.instance),
+        system: live.component.system.as_ref().map(|s| s.name.clone()),
+        reason,
+        fields: Vec::new(),
+    })
+}
+
+fn is(one: &Live<'_>, other: &Live<'_>) -> bool {
+    std::ptr::eq(one.component, other.component)
+}
+
+fn connectors(links: &Links<'_>, changes: &mut Vec<Change>) {
+    for join in links.joins.values() {
+        changes.push(Change {
+            action: if join.again {
+                Action::Change
+            } else {
+                Action::Add
+            },
+            target: target::connector(&join.connector.spec.name),
+            system: Some(join.system.name.clone()),
+            reason: join.reason.clone(),
+            fields: join.fields.clone(),
+        });
+    }
+    for (key, cut) in &links.cuts {
+        if !links.joins.contains_key(key) {
+            changes.push(Change {
+                action: Action::Remove,
+                target: target::connector(&cut.connector.name),
+                system: cut.system.map(|system| system.name.clone()),
+                reason: cut.reason.clone(),
+                fields: Vec::new(),
+            });
+        }
+    }
+}
+
+fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut Vec<Change>) {
+    let mut push = |seat: &Seat<'a>, action, reason: &str| {
+        changes.push(Change {
+            action,
+            target: target::manager(&seat.1),
+            system: seat.1.system.as_ref().map(|s| s.name.clone()),
+            reason: reason.to_owned(),
+            fields: Vec::new(),
+        });
+    };
+    for seat in up.starts.keys() {
+        if !decisions.stops.contains_key(seat) {
+            push(seat, Action::Add, "is not running");
+        }
+    }
+    for (seat, stop) in &decisions.stops {
+        match stop {
+            Stop::Unwanted => push(seat, Action::Remove, "nothing is wanted in it any more"),
+            Stop::Restart(reason) => push(seat, Action::Restart, reason),
+        }
+    }
+}
+
+/// Processes and components that are interrupted though they go on to exist.
+pub(crate) fn restarts<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>) -> Vec<Restart> {
+    let mut again: BTreeMap<Seat<'a>, (Vec<String>, String)> = BTreeMap::new();
+    for (seat, stop) in &decisions.stops {
+        if let Stop::Restart(reason) = stop {
+            again.insert(seat.clone(), (Vec::new(), reason.clone()));
+        }
+    }
+    for (id, make) in &decisions.makes {
+        let Some(live) = make.old.map(|old| &facts.lives[old]) else {
+            continue;
+        };
+        let entry = again.entry(live.seat());
+        let (components, _) = entry.or_insert_with(|| (Vec::new(), make.reason.clone()));
+        components.push(id.instance.to_owned());
+    }
+    let restart = |(seat, (mut components, mut reason)): (Seat<'a>, (Vec<String>, String))| {
+        let stops = decisions.stops.contains_key(&seat);
+        let by_hand = made_by_hand(facts, &seat);
+        if stops && !by_hand.is_empty() {
+            let names = by_hand.into_iter().collect::<Vec<_>>().join(", ");
+            reason = format!("{reason}; made by hand and lost with it: {names}");
+        }
+        components.sort();
+        Restart {
+            node: seat.0.to_owned(),
+            manager: seat.1.display_name(),
+            pid: stops.then(|| facts.processes[&seat].pid),
+            components,
+            reason,
+        }
+    };
+    again.into_iter().map(restart).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{same_rate, same_value};
+
+    #[test]
+    fn numbers_are_compared_as_numbers() {
+        for (one, other) in [
+            ("1.0", "1"),
+            ("1e3", " 1000 "),
+            ("-0", "0.0"),
+            ("a", "a"),
+            ("nan", "nan"),
+        ] {
+            assert!(same_value(one, other), "{one} {other}");
+        }
+        let big = ("9007199254740993", "9007199254740992");
+        for (one, other) in [("1.0", "1.1"), ("a", "b"), ("", "0"), ("1,2", "1,3"), big] {
+            assert!(!same_value(one, other), "{one} {other}");
+        }
+    }
+
+    #[test]
+    fn rates_may_be_rounded_to_a_period() {
+        assert!(same_rate(300.0, 1e9 / 3_333_333.0));
+        assert!(!same_rate(300.0, 301.0));
+    }
+}

@@ -1,0 +1,308 @@
+//! Decides what happens to each connector.
+//!
+//! A connector dies with its source component. When only its target goes, or what it was made with changed, it is
+//! disconnected at the source and made again; neither end is deactivated for it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_schemas::system::PortKind;
+
+use crate::decide::{Decisions, Fate};
+use crate::desired::{PlacedConnector, SystemRef};
+use crate::index::{Facts, Id};
+use crate::observed::{ConnectorObserved, ConnectorState};
+use crate::plan::{Blocked, FieldChange};
+use crate::target;
+
+/// A connector that is there and has to go.
+#[derive(Debug)]
+pub(crate) struct Cut<'a> {
+    /// Its source, by index into `Facts::lives`.
+    pub source: usize,
+    pub system: Option<&'a SystemRef>,
+    pub connector: &'a ConnectorObserved,
+    /// The component at its other end, when that is taken down.
+    pub dying_target: Option<usize>,
+    pub reason: String,
+}
+
+/// A connector to make.
+#[derive(Debug)]
+pub(crate) struct Join<'a> {
+    pub system: &'a SystemRef,
+    pub connector: &'a PlacedConnector,
+    /// True when there was one of this name before.
+    pub again: bool,
+    pub fields: Vec<FieldChange>,
+    pub reason: String,
+}
+
+/// All decisions about connectors, by system uid and name.
+#[derive(Debug, Default)]
+pub(crate) struct Links<'a> {
+    pub cuts: BTreeMap<(&'a str, &'a str), Cut<'a>>,
+    pub joins: BTreeMap<(&'a str, &'a str), Join<'a>>,
+    /// Name → why it cannot be made now.
+    pub waits: BTreeMap<&'a str, String>,
+    /// Systems with service connectors, which have no steps yet.
+    pub services: BTreeMap<&'a str, Vec<&'a str>>,
+}
+
+/// One end of a desired connector once the plan is carried out.
+enum End {
+    /// The instance that is there stays.
+    Stays(usize),
+    /// It is created by the plan.
+    Made,
+    /// There will be none, or it cannot be seen, and why.
+    Absent(String),
+    /// On a node that this plan is not made for: an agent plans its own node alone, and the connect finds the rest.
+    Elsewhere,
+}
+
+/// What stands between an observed connector and the desired one.
+enum Match {
+    Same,
+    Pending,
+    Differs(String, Vec<FieldChange>),
+}
+
+/// Decides.
+pub(crate) fn decide<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    blocked: &Blocked,
+) -> Links<'a> {
+    let mut links = Links::default();
+    cut_left_overs(facts, decisions, &mut links);
+    for (key, (system, connector)) in &facts.links {
+        if connector.spec.kind == PortKind::Service {
+            let names = links.services.entry(&system.name).or_default();
+            names.push(&connector.spec.name);
+            continue;
+        }
+        let linker = Linker {
+            facts,
+            decisions,
+            blocked,
+            key: *key,
+            system,
+            connector,
+        };
+        linker.decide(&mut links);
+    }
+    links
+}
+
+/// Connectors at components that stay, which nobody wants or whose target goes.
+fn cut_left_overs<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, links: &mut Links<'a>) {
+    for (source, live) in facts.lives.iter().enumerate() {
+        let acts = live.manager.responsive && facts.nodes.contains(live.node);
+        let Some(id) = live.id().filter(|_| acts) else {
+            continue;
+        };
+        if decisions.fates[source] == Fate::Gone {
+            continue;
+        }
+        for connector in &live.component.connectors {
+            let key = (id.uid, connector.name.as_str());
+            let target = facts
+                .by_incarnation
+                .get(connector.target_incarnation.as_str());
+            let dying_target = target
+                .copied()
+                .filter(|live| decisions.fates[*live] == Fate::Gone);
+            let reason = if !facts.links.contains_key(&key) {
+                "is not in the system any more".to_owned()
+            } else if dying_target.is_some() {
+                format!("its target {} is taken down", connector.target.instance)
+            } else {
+                continue;
+            };
+            let cut = Cut {
+                source,
+                system: live.component.system.as_ref(),
+                connector,
+                dying_target,
+                reason,
+            };
+            links.cuts.insert(key, cut);
+        }
+    }
+}
+
+struct Linker<'f, 'a> {
+    facts: &'f Facts<'a>,
+    decisions: &'f Decisions<'a>,
+    blocked: &'f Blocked,
+    key: (&'a str, &'a str),
+    system: &'a SystemRef,
+    connector: &'a PlacedConnector,
+}
+
+impl<'a> Linker<'_, 'a> {
+    fn decide(self, links: &mut Links<'a>) {
+        let source = self.end(0);
+        let target = self.end(1);
+        let observed = match &source {
+            End::Stays(live) => self.observed(*live).map(|connector| (*live, connector)),
+            _ => None,
+        };
+        let (reason, fields) = match (&source, &target, observed) {
+            (End::Elsewhere, _, _) => return,
+            (End::Absent(why), _, _) => return self.wait(links, why.clone()),
+            (_, End::Absent(why), observed) => {
+                let unseen = self
+                    .facts
+                    .unknown
+                    .contains_key(self.connector.target.node.as_str())
+                    || self.silent(self.id(1));
+                let flows = observed.is_some_and(|(_, c)| c.state == ConnectorState::Connected);
+                if unseen && flows {
+                    return;
+                }
+                return self.wait(links, why.clone());
+            }
+            (_, End::Stays(_) | End::Elsewhere, Some((_, connector))) => {
+                match self.compare(connector, &target) {
+                    Match::Same => return,
+                    Match::Pending => return self.wait(links, "is being connected".to_owned()),
+                    Match::Differs(reason, fields) => (reason, fields),
+                }
+            }
+            (_, End::Made, Some(_)) => (self.made_again(1), Vec::new()),
+            (End::Made, _, _) if self.had_before() => (self.made_again(0), Vec::new()),
+            _ => ("is not there yet".to_owned(), Vec::new()),
+        };
+        if let Some(why) = self
+            .blocked
+            .get(&target::connector(&self.connector.spec.name))
+        {
+            return self.wait(links, why.clone());
+        }
+        if let Some((source, connector)) = observed {
+            links.cuts.entry(self.key).or_insert_with(|| Cut {
+                source,
+                system: Some(self.system),
+                connector,
+                dying_target: None,
+                reason: reason.clone(),
+            });
+        }
+        let join = Join {
+            system: self.system,
+            connector: self.connector,
+            again: self.had_before() || observed.is_some(),
+            fields,
+            reason,
+        };
+        links.joins.insert(self.key, join);
+    }
+
+    fn made_again(&self, end: usize) -> String {
+        let role = ["source", "target"][end];
+        format!("its {role} {} is made again", self.id(end).instance)
+    }
+
+    fn id(&self, end: usize) -> Id<'a> {
+        let spec = &self.connector.spec;
+        let ends = [&spec.source.instance, &spec.target.instance];
+        Id {
+            uid: &self.system.uid,
+            instance: ends[end],
+        }
+    }
+
+    fn end(&self, end: usize) -> End {
+        let id = self.id(end);
+        let Some(want) = self.facts.wants.get(&id) else {
+            return End::Elsewhere;
+        };
+        match self.decisions.present.get(&id) {
+            Some(_) if self.silent(id) => {
+                let manager = want.key.display_name();
+                End::Absent(format!("manager {manager} does not answer"))
+            }
+            Some(&live) if self.facts.lives[live].seat() == want.seat() => End::Stays(live),
+            Some(_) => End::Absent(format!("{} is to move", id.instance)),
+            None if self.decisions.makes.contains_key(&id) => End::Made,
+            None => {
+                let why = self.decisions.waits.get(&id);
+                let why = why.map_or("nothing makes it", String::as_str);
+                End::Absent(format!("{} is not there: {why}", id.instance))
+            }
+        }
+    }
+
+    /// True when a component lies in a manager that does not answer.
+    fn silent(&self, id: Id<'a>) -> bool {
+        let live = self.decisions.present.get(&id);
+        live.is_some_and(|live| !self.facts.lives[*live].manager.responsive)
+    }
+
+    fn observed(&self, live: usize) -> Option<&'a ConnectorObserved> {
+        let connectors = &self.facts.lives[live].component.connectors;
+        connectors
+            .iter()
+            .find(|c| c.name == self.connector.spec.name)
+    }
+
+    /// True when the source that is made again had this connector.
+    fn had_before(&self) -> bool {
+        let make = self.decisions.makes.get(&self.id(0));
+        let old = make.and_then(|make| make.old);
+        old.is_some_and(|live| self.observed(live).is_some())
+    }
+
+    fn wait(&self, links: &mut Links<'a>, why: String) {
+        links.waits.insert(&self.connector.spec.name, why);
+    }
+
+    fn compare(&self, observed: &ConnectorObserved, target: &End) -> Match {
+        let fields = self.fields(observed);
+        if let Some(first) = fields.first() {
+            let reason = format!("{} changed: connected anew", first.field);
+            return Match::Differs(reason, fields);
+        }
+        if let End::Stays(live) = target
+            && observed.target_incarnation != self.facts.lives[*live].component.incarnation
+        {
+            let instance = self.id(1).instance;
+            return Match::Differs(format!("its target {instance} was made again"), fields);
+        }
+        match observed.state {
+            ConnectorState::Connected => Match::Same,
+            ConnectorState::Connecting => Match::Pending,
+            ConnectorState::Disconnected => {
+                Match::Differs("it was disconnected".to_owned(), fields)
+            }
+        }
+    }
+
+    fn fields(&self, observed: &ConnectorObserved) -> Vec<FieldChange> {
+        let spec = &self.connector.spec;
+        let mut fields = Vec::new();
+        let mut field = |field: String, old: Option<String>, new: Option<String>| {
+            if old != new {
+                fields.push(FieldChange { field, old, new });
+            }
+        };
+        let ends = [
+            ("source", &observed.source, &spec.source),
+            ("target", &observed.target, &spec.target),
+        ];
+        for (name, old, new) in ends {
+            field(
+                name.to_owned(),
+                Some(old.to_string()),
+                Some(new.to_string()),
+            );
+        }
+        let (old, new) = (&observed.properties, &spec.properties);
+        for key in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
+            let name = format!("properties.{key}");
+            field(name, old.get(key).cloned(), new.get(key).cloned());
+        }
+        fields
+    }
+}

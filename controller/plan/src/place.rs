@@ -1,0 +1,373 @@
+//! Placement: which node and which manager process each component of each stored system goes to.
+//!
+//! A node that is named outright wins, then a host hint that matches a node, then the local node. Nothing is left for
+//! an executor to choose.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_schemas::system::{ComponentSpec, ConnectorSpec, ExecutionKind, PortRef, SystemSpec};
+use sha2::{Digest, Sha256};
+
+use crate::desired::{
+    Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
+};
+
+/// Manager of components that name none.
+pub const DEFAULT_MANAGER: &str = "main";
+
+/// What placement must know of a node.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct NodeFacts {
+    /// Node name.
+    pub name: String,
+    /// Host names and addresses that mean this node.
+    pub aliases: Vec<String>,
+}
+
+/// A system as the controller stores it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredSystem {
+    /// Name and identity.
+    pub reference: SystemRef,
+    /// What was applied last.
+    pub spec: SystemSpec,
+    /// Type name → SHA-256 of the module file found when it was applied.
+    pub module_digests: BTreeMap<String, String>,
+    /// Its end was asked for: it runs nothing any more.
+    pub deleting: bool,
+}
+
+/// Result of [`place`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placed {
+    /// Every node's spec. Every known node is there, so that one which lost its last component is told so.
+    pub desired: Desired,
+    /// System name → remarks for people: which host went where.
+    pub notes: BTreeMap<String, Vec<String>>,
+    /// What an apply is refused for. `desired` is usable all the same: a component on an unknown node stays there and
+    /// waits, so that one bad system never holds up, or tears down, another.
+    pub problems: Vec<PlaceError>,
+}
+
+impl Placed {
+    /// The first problem as an error; for callers that must refuse rather than go on.
+    pub fn accept(mut self) -> Result<Self, PlaceError> {
+        if self.problems.is_empty() {
+            Ok(self)
+        } else {
+            Err(self.problems.swap_remove(0))
+        }
+    }
+}
+
+/// Why a system cannot be placed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PlaceError {
+    /// `rtsctl.node` names a node that nobody knows.
+    #[error(
+        "component {component} of system {system} is to run on node {node}, which is not known (known: {})",
+        known.join(", ")
+    )]
+    UnknownNode {
+        /// System name.
+        system: String,
+        /// Instance name.
+        component: String,
+        /// Node that was named.
+        node: String,
+        /// Names of the nodes that there are.
+        known: Vec<String>,
+    },
+    /// Two systems want the same instance name on one node.
+    #[error("instance {instance} on node {node} is wanted by two systems: {} and {}", systems[0], systems[1])]
+    InstanceClash {
+        /// Node name.
+        node: String,
+        /// Instance name.
+        instance: String,
+        /// Names of both systems, sorted.
+        systems: [String; 2],
+    },
+}
+
+/// Places all systems.
+pub fn place(systems: &[StoredSystem], nodes: &[NodeFacts], local: &str) -> Placed {
+    let mut placed = Placed::default();
+    let names = nodes.iter().map(|n| n.name.as_str()).chain([local]);
+    for name in names {
+        node_spec(&mut placed.desired, name);
+    }
+    let mut sorted: Vec<&StoredSystem> = systems.iter().collect();
+    sorted.sort_by(|a, b| a.reference.cmp(&b.reference));
+    let hosts = hosts(nodes, local);
+    for system in &sorted {
+        place_system(&mut placed, system, &hosts, local);
+    }
+    find_clashes(&mut placed);
+    placed
+}
+
+/// Host name, alias or node name, in lower case → node name.
+fn hosts(nodes: &[NodeFacts], local: &str) -> BTreeMap<String, String> {
+    let mut hosts = BTreeMap::from([(lower(local), local.to_owned())]);
+    for node in nodes {
+        for alias in &node.aliases {
+            hosts
+                .entry(lower(alias))
+                .or_insert_with(|| node.name.clone());
+        }
+    }
+    // Names last: a name beats another node's alias.
+    for node in nodes {
+        hosts.insert(lower(&node.name), node.name.clone());
+    }
+    hosts
+}
+
+fn lower(host: &str) -> String {
+    host.trim_end_matches('.').to_ascii_lowercase()
+}
+
+fn node_spec<'a>(desired: &'a mut Desired, node: &str) -> &'a mut NodeSpec {
+    desired
+        .nodes
+        .entry(node.to_owned())
+        .or_insert_with(|| NodeSpec {
+            node: node.to_owned(),
+            systems: Vec::new(),
+        })
+}
+
+fn place_system(
+    placed: &mut Placed,
+    system: &StoredSystem,
+    hosts: &BTreeMap<String, String>,
+    local: &str,
+) {
+    let nodes = choose_nodes(placed, system, hosts, local);
+    let managers = choose_managers(&system.spec, &nodes);
+    let place_of = |end: &PortRef| -> Option<EndPlace> {
+        Some(EndPlace {
+            node: nodes.get(end.instance.as_str())?.clone(),
+            manager: managers.get(end.instance.as_str())?.clone(),
+        })
+    };
+    let mut parts: BTreeMap<&str, NodeSystem> = BTreeMap::new();
+    for component in &system.spec.components {
+        let node = &nodes[component.instance.as_str()];
+        let part = parts.entry(node).or_insert_with(|| NodeSystem {
+            system: system.reference.clone(),
+            components: Vec::new(),
+            connectors: Vec::new(),
+            orders: system.spec.orders.clone(),
+        });
+        if !system.deleting {
+            let manager = managers[component.instance.as_str()].clone();
+            part.components
+                .push(place_component(system, component, manager));
+        }
+    }
+    if !system.deleting {
+        for connector in &system.spec.connectors {
+            place_connector(&mut parts, connector, place_of);
+        }
+    }
+    for (node, part) in parts {
+        node_spec(&mut placed.desired, node).systems.push(part);
+    }
+}
+
+/// Instance → node.
+fn choose_nodes<'a>(
+    placed: &mut Placed,
+    system: &'a StoredSystem,
+    hosts: &BTreeMap<String, String>,
+    local: &str,
+) -> BTreeMap<&'a str, String> {
+    let known: Vec<String> = hosts
+        .values()
+        .cloned()
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .collect();
+    let mut hinted: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut chosen = BTreeMap::new();
+    for component in &system.spec.components {
+        let placement = &component.placement;
+        let node = match (&placement.node, &placement.host) {
+            (Some(node), _) => {
+                if !known.contains(node) && !system.deleting {
+                    placed.problems.push(PlaceError::UnknownNode {
+                        system: system.reference.name.clone(),
+                        component: component.instance.clone(),
+                        node: node.clone(),
+                        known: known.clone(),
+                    });
+                }
+                node.clone()
+            }
+            (None, Some(host)) => {
+                hinted.entry(host).or_default().push(&component.instance);
+                hosts
+                    .get(&lower(host))
+                    .cloned()
+                    .unwrap_or_else(|| local.to_owned())
+            }
+            (None, None) => local.to_owned(),
+        };
+        chosen.insert(component.instance.as_str(), node);
+    }
+    if !system.deleting && !hinted.is_empty() {
+        let notes = hinted
+            .into_iter()
+            .map(|(host, instances)| host_note(host, &instances, hosts, local))
+            .collect();
+        placed.notes.insert(system.reference.name.clone(), notes);
+    }
+    chosen
+}
+
+fn host_note(
+    host: &str,
+    instances: &[&str],
+    hosts: &BTreeMap<String, String>,
+    local: &str,
+) -> String {
+    let instances = instances.join(", ");
+    match hosts.get(&lower(host)) {
+        Some(node) => format!("host {host} is node {node}: {instances}"),
+        None => {
+            format!("host {host} is no known node, so node {local} takes its place: {instances}")
+        }
+    }
+}
+
+/// Instance → manager name. An isolated component's process is its own even when its name is used for another.
+fn choose_managers<'a>(
+    spec: &'a SystemSpec,
+    nodes: &BTreeMap<&str, String>,
+) -> BTreeMap<&'a str, String> {
+    let mut managers = BTreeMap::new();
+    let mut taken = BTreeSet::new();
+    let (isolated, shared): (Vec<_>, Vec<_>) =
+        spec.components.iter().partition(|c| c.placement.isolated);
+    for component in shared {
+        let name = match &component.placement.manager {
+            Some(name) => sanitise(name),
+            None => DEFAULT_MANAGER.to_owned(),
+        };
+        taken.insert((nodes[component.instance.as_str()].clone(), name.clone()));
+        managers.insert(component.instance.as_str(), name);
+    }
+    for component in isolated {
+        let node = &nodes[component.instance.as_str()];
+        let mut name = sanitise(&component.instance);
+        while !taken.insert((node.clone(), name.clone())) {
+            name.push_str("-own");
+        }
+        managers.insert(component.instance.as_str(), name);
+    }
+    managers
+}
+
+/// A manager name is part of file names and addresses: letters, digits, `-` and `_`, at most 63. A name that had to
+/// be changed gets a few digits of its hash, so that two never fall together.
+fn sanitise(name: &str) -> String {
+    let mut clean: String = name
+        .chars()
+        .map(|c| match c {
+            'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' => c,
+            _ => '-',
+        })
+        .collect();
+    if clean == name && !clean.is_empty() && clean.len() <= 63 {
+        return clean;
+    }
+    clean.truncate(50);
+    format!("{clean}-{}", &hex(Sha256::digest(name))[..8])
+}
+
+fn place_component(
+    system: &StoredSystem,
+    component: &ComponentSpec,
+    manager: String,
+) -> PlacedComponent {
+    let module_digest = system.module_digests.get(&component.type_name).cloned();
+    let recreate_hash = recreate_hash(
+        &component.type_name,
+        module_digest.as_deref(),
+        &manager,
+        component.execution_context.kind,
+    );
+    PlacedComponent {
+        spec: component.clone(),
+        manager,
+        module_digest,
+        recreate_hash,
+    }
+}
+
+/// Puts a connector into the parts of both its ends. One without an end in the system is the checks' business.
+fn place_connector(
+    parts: &mut BTreeMap<&str, NodeSystem>,
+    connector: &ConnectorSpec,
+    place_of: impl Fn(&PortRef) -> Option<EndPlace>,
+) {
+    let (Some(source), Some(target)) = (place_of(&connector.source), place_of(&connector.target))
+    else {
+        return;
+    };
+    for node in BTreeSet::from([source.node.as_str(), target.node.as_str()]) {
+        if let Some(part) = parts.get_mut(node) {
+            part.connectors.push(PlacedConnector {
+                spec: connector.clone(),
+                source: source.clone(),
+                target: target.clone(),
+            });
+        }
+    }
+}
+
+fn find_clashes(placed: &mut Placed) {
+    for (node, spec) in &placed.desired.nodes {
+        let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
+        for system in &spec.systems {
+            for component in &system.components {
+                let instance = component.spec.instance.as_str();
+                let name = system.system.name.as_str();
+                if let Some(other) = seen.insert(instance, name) {
+                    placed.problems.push(PlaceError::InstanceClash {
+                        node: node.clone(),
+                        instance: instance.to_owned(),
+                        systems: [other.to_owned(), name.to_owned()],
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// Hash over what cannot change in place. 16 hexadecimal digits.
+pub fn recreate_hash(
+    type_name: &str,
+    module_digest: Option<&str>,
+    manager: &str,
+    kind: ExecutionKind,
+) -> String {
+    let text = serde_json::json!([type_name, module_digest, manager, kind]).to_string();
+    hex(Sha256::digest(text))[..16].to_owned()
+}
+
+/// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.
+pub fn digest(spec: &NodeSpec) -> String {
+    // Nothing in a NodeSpec can fail to become JSON: maps have text keys, and a rate that is not finite becomes null.
+    let json = serde_json::to_vec(spec).unwrap_or_default();
+    hex(Sha256::digest(json))
+}
+
+fn hex(bytes: impl AsRef<[u8]>) -> String {
+    bytes.as_ref().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests;

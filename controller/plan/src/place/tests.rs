@@ -1,0 +1,183 @@
+//! Tests of placement.
+
+use serde_json::json;
+
+use super::*;
+
+fn nodes() -> Vec<NodeFacts> {
+    let node = |name: &str, alias: &str| NodeFacts {
+        name: name.to_owned(),
+        aliases: vec![alias.to_owned()],
+    };
+    vec![
+        node("local", "workstation"),
+        node("arm", "arm.robot.example"),
+    ]
+}
+
+fn system(name: &str, components: serde_json::Value) -> StoredSystem {
+    let spec = json!({"name": name, "components": components, "connectors": [
+        {"name": "A.out-B.in", "kind": "data",
+         "source": {"instance": "A", "port": "out"}, "target": {"instance": "B", "port": "in"}}]});
+    StoredSystem {
+        reference: SystemRef {
+            name: name.to_owned(),
+            uid: format!("uid-{name}"),
+        },
+        spec: serde_json::from_value(spec).unwrap(),
+        module_digests: BTreeMap::from([("T".to_owned(), "abc".to_owned())]),
+        deleting: false,
+    }
+}
+
+/// `node/manager` of every component, by instance.
+fn places(placed: &Placed) -> BTreeMap<String, String> {
+    let parts = placed.desired.nodes.iter().flat_map(|(node, spec)| {
+        let components = spec.systems.iter().flat_map(|part| &part.components);
+        components.map(move |c| (c.spec.instance.clone(), format!("{node}/{}", c.manager)))
+    });
+    parts.collect()
+}
+
+fn at(placement: serde_json::Value) -> (Placed, String) {
+    let system = system(
+        "s",
+        json!([{"instance": "A", "type": "T", "placement": placement}]),
+    );
+    let placed = place(&[system], &nodes(), "local");
+    let place = places(&placed).remove("A").unwrap();
+    (placed, place)
+}
+
+#[test]
+fn named_node_beats_host_beats_local() {
+    assert_eq!(at(json!({})).1, "local/main");
+    assert_eq!(
+        at(json!({"node": "arm", "host": "workstation"})).1,
+        "arm/main"
+    );
+    assert_eq!(at(json!({"host": "ARM.robot.example."})).1, "arm/main");
+    assert_eq!(at(json!({"host": "arm", "manager": "ctrl"})).1, "arm/ctrl");
+}
+
+#[test]
+fn unknown_host_falls_to_the_local_node_with_a_note() {
+    let (placed, place) = at(json!({"host": "tulip"}));
+    assert_eq!(place, "local/main");
+    insta::assert_snapshot!(
+        placed.notes["s"].join("\n"),
+        @"host tulip is no known node, so node local takes its place: A"
+    );
+    assert!(placed.accept().is_ok());
+}
+
+#[test]
+fn unknown_node_is_a_problem_and_stays_where_it_was_put() {
+    let (placed, place) = at(json!({"node": "leg"}));
+    assert_eq!(place, "leg/main");
+    insta::assert_snapshot!(
+        placed.accept().unwrap_err(),
+        @"component A of system s is to run on node leg, which is not known (known: arm, local)"
+    );
+}
+
+#[test]
+fn isolated_components_have_a_process_of_their_own() {
+    let isolated = json!({"isolated": true});
+    let system = system(
+        "s",
+        json!([
+            {"instance": "main", "type": "T", "placement": isolated},
+            {"instance": "A", "type": "T"},
+            {"instance": "B/1", "type": "T", "placement": isolated},
+            {"instance": "B 1", "type": "T", "placement": isolated},
+        ]),
+    );
+    let places = places(&place(&[system], &nodes(), "local"));
+    let managers: BTreeSet<&String> = places.values().collect();
+    assert_eq!(managers.len(), 4, "{places:?}");
+    assert_eq!(places["main"], "local/main-own");
+}
+
+#[test]
+fn connectors_are_on_both_nodes_with_their_places() {
+    let system = system(
+        "s",
+        json!([{"instance": "A", "type": "T"}, {"instance": "B", "type": "T", "placement": {"node": "arm"}}]),
+    );
+    let placed = place(&[system], &nodes(), "local");
+    for node in ["local", "arm"] {
+        let connector = &placed.desired.nodes[node].systems[0].connectors[0];
+        assert_eq!(
+            (
+                connector.source.node.as_str(),
+                connector.target.node.as_str()
+            ),
+            ("local", "arm")
+        );
+    }
+}
+
+#[test]
+fn two_systems_may_not_share_an_instance_name_on_a_node() {
+    let components = json!([{"instance": "A", "type": "T"}]);
+    let (one, other) = (
+        system("one", components.clone()),
+        system("other", components),
+    );
+    let placed = place(&[one.clone(), other.clone()], &nodes(), "local");
+    insta::assert_snapshot!(
+        placed.accept().unwrap_err(),
+        @"instance A on node local is wanted by two systems: one and other"
+    );
+    let gone = StoredSystem {
+        deleting: true,
+        ..one
+    };
+    assert!(place(&[gone, other], &nodes(), "local").accept().is_ok());
+}
+
+#[test]
+fn a_system_that_goes_keeps_its_nodes_and_orders_but_nothing_else() {
+    let mut system = system(
+        "s",
+        json!([{"instance": "A", "type": "T", "placement": {"node": "arm"}}]),
+    );
+    system.deleting = true;
+    let placed = place(&[system], &nodes(), "local");
+    let part = &placed.desired.nodes["arm"].systems[0];
+    assert!(part.components.is_empty() && part.connectors.is_empty());
+    assert!(placed.desired.nodes["local"].systems.is_empty());
+}
+
+#[test]
+fn hash_covers_what_cannot_change_in_place() {
+    let hash = |t, d, m, k| recreate_hash(t, d, m, k);
+    let first = hash("T", Some("abc"), "main", ExecutionKind::Periodic);
+    assert_eq!(first.len(), 16);
+    let others = [
+        hash("U", Some("abc"), "main", ExecutionKind::Periodic),
+        hash("T", Some("abd"), "main", ExecutionKind::Periodic),
+        hash("T", None, "main", ExecutionKind::Periodic),
+        hash("T", Some("abc"), "aux", ExecutionKind::Periodic),
+        hash("T", Some("abc"), "main", ExecutionKind::Other),
+    ];
+    assert!(others.iter().all(|other| *other != first));
+}
+
+#[test]
+fn digest_survives_the_way_over_json() {
+    let mut system = system(
+        "s",
+        json!([{"instance": "A", "type": "T", "executionContext": {"rate": 0.1}}]),
+    );
+    for rate in [33.333333333333336, 0.1 + 0.2, 1e-7, 123456.78901234567] {
+        system.spec.components[0].execution_context.rate = Some(rate);
+        let placed = place(&[system.clone()], &nodes(), "local");
+        let spec = &placed.desired.nodes["local"];
+        let text = serde_json::to_string(spec).unwrap();
+        let back: NodeSpec = serde_json::from_str(&text).unwrap();
+        assert_eq!(digest(spec), digest(&back));
+        assert_eq!(digest(spec).len(), 64);
+    }
+}

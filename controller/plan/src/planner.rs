@@ -1,0 +1,129 @@
+//! `plan`: from desired and observed state to steps.
+//!
+//! Decisions come first ([`crate::decide`], [`crate::links`]), then the steps they need ([`crate::take_down`],
+//! [`crate::bring_up`]), then their numbers ([`crate::graph`]). Rules that hold for every plan:
+//!
+//! - What is as desired is never touched, and nothing is taken down whose replacement cannot be tried now.
+//! - What cannot be seen (a node that is unknown, a manager that does not answer) is not acted upon, in either way.
+//! - StartUp and Initializing order Create, Activation orders Activate, Resetting orders Reset, Deactivation orders
+//!   Deactivate, ShutDown and Finalizing order Delete. SYNC and sequence numbers are needs, ASYNC is a start order.
+//! - Where the profile is silent, data flow gives preferences. They are start orders (`afterStartOf`), so that they
+//!   hold nothing up that has failed, and give way inside a cycle.
+//! - A blocked target is not brought up. It is still taken down when it is not wanted any more; if its process stops
+//!   too, that alone ends it.
+
+use std::collections::BTreeMap;
+
+use crate::bring_up::{self, Up};
+use crate::decide::{self, Decisions};
+use crate::desired::Desired;
+use crate::diff;
+use crate::graph::{Numbered, Steps};
+use crate::index::Facts;
+use crate::links::{self, Links};
+use crate::observed::Observed;
+use crate::plan::{Blocked, Plan, WaitingOn};
+use crate::take_down;
+use crate::target;
+
+/// What to do so that `observed` becomes `desired`. The plan is empty when nothing can be done.
+///
+/// `blocked` names targets ([`crate::target`]) that failed and must not be tried again yet.
+pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
+    let facts = Facts::new(desired, observed);
+    let decisions = decide::decide(&facts, blocked);
+    let links = links::decide(&facts, &decisions, blocked);
+    let mut steps = Steps::default();
+    let down = take_down::add(&facts, &decisions, &links, blocked, &mut steps);
+    let up = bring_up::add(&facts, &decisions, &links, &down, blocked, &mut steps);
+    let numbered = steps.number();
+    Plan {
+        changes: diff::changes(&facts, &decisions, &links, &up),
+        restarts: diff::restarts(&facts, &decisions),
+        waiting_on: waiting_on(&facts, &links, &up, &numbered),
+        notes: notes(&facts, &decisions, &links, &numbered),
+        steps: numbered.steps,
+    }
+}
+
+fn waiting_on(
+    facts: &Facts<'_>,
+    links: &Links<'_>,
+    up: &Up<'_>,
+    numbered: &Numbered,
+) -> Vec<WaitingOn> {
+    let mut waiting: BTreeMap<String, String> = BTreeMap::new();
+    for (node, reason) in &facts.unknown {
+        waiting.insert(target::node(node), format!("is unknown: {reason}"));
+    }
+    for ((node, key), manager) in &facts.processes {
+        if !manager.responsive && key.system.is_some() && facts.nodes.contains(node) {
+            let reason = format!("pid {} on {node} does not answer", manager.pid);
+            waiting.insert(target::manager(key), reason);
+        }
+    }
+    for (id, reason) in &up.waits {
+        waiting.insert(target::component(id.instance), reason.clone());
+    }
+    for (name, reason) in &links.waits {
+        waiting.insert(target::connector(name), reason.clone());
+    }
+    for target in &numbered.stuck {
+        waiting
+            .entry(target.clone())
+            .or_insert_with(|| "its orders form a cycle".to_owned());
+    }
+    waiting
+        .into_iter()
+        .map(|(target, reason)| WaitingOn { target, reason })
+        .collect()
+}
+
+fn notes<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    links: &Links<'a>,
+    numbered: &Numbered,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (seat, manager) in &facts.processes {
+        let (node, name) = (seat.0, seat.1.display_name());
+        if seat.1.system.is_none() {
+            notes.push(format!(
+                "manager {name} on {node} was started by hand: it is left alone"
+            ));
+            continue;
+        }
+        if !facts.nodes.contains(node) {
+            notes.push(format!(
+                "manager {name} runs on {node}, where nothing was placed: it is left alone"
+            ));
+            continue;
+        }
+        let by_hand = decide::made_by_hand(facts, seat);
+        if by_hand.is_empty() {
+            continue;
+        }
+        let names = by_hand.into_iter().collect::<Vec<_>>().join(", ");
+        let fate = match decisions.stops.contains_key(seat) {
+            true => format!("ends with its process (pid {})", manager.pid),
+            false => "is left alone".to_owned(),
+        };
+        notes.push(format!(
+            "made by hand in manager {name} on {node}: {names}; {fate}"
+        ));
+    }
+    for (system, connectors) in &links.services {
+        let names = connectors.join(", ");
+        notes.push(format!(
+            "service ports are connected by a later version; system {system} has {names}"
+        ));
+    }
+    for targets in &numbered.dropped {
+        let names = targets.join(", ");
+        notes.push(format!(
+            "data flow gives no start or stop order among {names}: it runs in a circle, or against a written order"
+        ));
+    }
+    notes
+}

@@ -1,0 +1,33 @@
+//! Names of what steps, changes and blocks speak of. The controller blocks a target by the same text.
+
+use crate::desired::ManagerKey;
+
+/// `component/Sine0`
+pub fn component(instance: &str) -> String {
+    format!("component/{instance}")
+}
+
+/// `connector/Sine0.out-Filter0.in`
+pub fn connector(name: &str) -> String {
+    format!("connector/{name}")
+}
+
+/// `manager/hello.main`
+pub fn manager(key: &ManagerKey) -> String {
+    format!("manager/{}", key.display_name())
+}
+
+/// `module/Printer@hello.Printer0`: a module in a manager.
+pub fn module(type_name: &str, key: &ManagerKey) -> String {
+    format!("module/{type_name}@{}", key.display_name())
+}
+
+/// `package/Printer@local`: a module file on a node.
+pub fn package(type_name: &str, node: &str) -> String {
+    format!("package/{type_name}@{node}")
+}
+
+/// `node/local`
+pub fn node(name: &str) -> String {
+    format!("node/{name}")
+}

@@ -1,0 +1,144 @@
+//! Admission of a system: every reason to refuse it is found before anything is stored.
+
+mod check;
+mod identity;
+mod modules;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_controller_api::{Problem, ProblemError};
+use rts_controller_api::requests::ApplyRequest;
+use rts_plan::plan::Plan;
+use rts_plan::{PlaceError, Placed};
+
+pub use self::check::is_dns_label;
+use crate::core::Core;
+use crate::store::SystemRecord;
+
+/// A system that may be stored.
+#[derive(Debug)]
+pub struct Admitted {
+    /// The record to store; the stored one when nothing changes.
+    pub record: SystemRecord,
+    /// False when the very same is stored already.
+    pub changed: bool,
+    /// What will be done.
+    pub plan: Plan,
+    /// Remarks of the placement.
+    pub notes: Vec<String>,
+}
+
+/// Checks a request. The caller holds [`Core::admission`] when it means to store.
+pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Admitted, Problem> {
+    let spec = request.spec;
+    let mut faults = check::spec(name, &spec);
+    faults.extend(check::orders(&spec));
+    refuse(faults)?;
+    let stored = core.registry().systems.get(name).cloned();
+    if let Some(stored) = &stored {
+        identity::check(stored, &spec, request.replace)?;
+    }
+    let mut candidate = SystemRecord {
+        uid: stored.as_ref().map_or_else(|| core.rng.uuid(), |s| s.uid.clone()),
+        generation: stored.as_ref().map_or(0, |s| s.generation),
+        spec,
+        digests: BTreeMap::new(),
+        nodes: stored.as_ref().map_or_else(BTreeSet::new, |s| s.nodes.clone()),
+        created: stored.as_ref().map_or_else(|| core.clock.now(), |s| s.created),
+        deleted: None,
+    };
+    place(core, &candidate)?;
+    let placed = core.place(Some(&candidate));
+    let types = types_by_node(&placed, &candidate.uid);
+    let found = modules::resolve(core, &candidate.spec, &types).await?;
+    candidate.digests = found.digests;
+    candidate.nodes.extend(types.into_keys());
+    let changed = stored.as_ref().is_none_or(|stored| {
+        stored.spec != candidate.spec || stored.digests != candidate.digests
+    });
+    if changed {
+        candidate.generation += 1;
+    }
+    let placed = core.place(Some(&candidate));
+    let mut notes = placed.notes.get(name).cloned().unwrap_or_default();
+    notes.extend(found.notes);
+    Ok(Admitted {
+        plan: plan(core, &placed).await,
+        record: candidate,
+        changed,
+        notes,
+    })
+}
+
+/// What would be done now.
+pub async fn plan(core: &Core, placed: &Placed) -> Plan {
+    let observed = core.observe().await;
+    let blocked = core.backoff().blocked();
+    rts_plan::plan(&placed.desired, &observed, &blocked)
+}
+
+/// Places the candidate beside the others; a clash between two others is not its fault.
+fn place(core: &Core, candidate: &SystemRecord) -> Result<(), Problem> {
+    let name = candidate.name();
+    let placed = core.place(Some(candidate));
+    let mut clashes = Vec::new();
+    let mut faults = Vec::new();
+    for problem in &placed.problems {
+        match problem {
+            PlaceError::UnknownNode {
+                system, component, ..
+            } if system == name => faults.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, component),
+                code: "unknown-node".to_owned(),
+                detail: problem.to_string(),
+                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
+            }),
+            PlaceError::InstanceClash {
+                instance, systems, ..
+            } if systems.iter().any(|s| s == name) => clashes.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, instance),
+                code: "instance-clash".to_owned(),
+                detail: problem.to_string(),
+                help: Some("rename the instance, or tear the other system down".to_owned()),
+            }),
+            _ => {}
+        }
+    }
+    refuse(faults)?;
+    if let Some(first) = clashes.first() {
+        return Err(Problem::conflict("instance-clash", summary(&first.detail, clashes.len()))
+            .with_errors(clashes));
+    }
+    Ok(())
+}
+
+/// Types that each node must have for a system.
+fn types_by_node(placed: &Placed, uid: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut types: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (node, spec) in &placed.desired.nodes {
+        for part in spec.systems.iter().filter(|part| part.system.uid == uid) {
+            for component in &part.components {
+                let of_node = types.entry(node.clone()).or_default();
+                of_node.insert(component.spec.type_name.clone());
+            }
+        }
+    }
+    types
+}
+
+/// All faults as one problem; its code is theirs when they agree.
+fn refuse(faults: Vec<ProblemError>) -> Result<(), Problem> {
+    let Some(first) = faults.first() else {
+        return Ok(());
+    };
+    let same = faults.iter().all(|fault| fault.code == first.code);
+    let code = if same { &first.code } else { "invalid-system" };
+    Err(Problem::invalid(code, summary(&first.detail, faults.len())).with_errors(faults))
+}
+
+fn summary(first: &str, count: usize) -> String {
+    match count {
+        0 | 1 => first.to_owned(),
+        n => format!("{first} (and {} more)", n - 1),
+    }
+}

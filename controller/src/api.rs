@@ -1,0 +1,107 @@
+//! The REST API: routes, and what every handler shares.
+
+mod audit;
+mod extract;
+mod health;
+mod managers;
+mod objects;
+mod sessions;
+mod systems;
+mod watch;
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::Method;
+use axum::routing::get;
+use rts_controller_api::Problem;
+use rts_http::server::ProblemResponse;
+use tokio::sync::{Semaphore, watch as signal};
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::core::Core;
+use crate::greet::of_agent;
+
+/// Largest body of a request in bytes.
+const MAX_BODY: usize = 32 * 1024 * 1024;
+/// Watches at once.
+const MAX_WATCHES: usize = 256;
+
+/// What handlers get.
+#[derive(Clone)]
+pub struct App {
+    core: Arc<Core>,
+    /// True once the program ends: watches end then.
+    ending: signal::Receiver<bool>,
+    watches: Arc<Semaphore>,
+}
+
+type Answer<T> = Result<T, ProblemResponse>;
+
+#[derive(OpenApi)]
+#[openapi(info(
+    title = "rts-controller",
+    description = "Deploys and watches systems of RT-Components. Errors are RFC 9457 problem documents."
+))]
+struct Document;
+
+/// The routes.
+pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
+    let app = App {
+        core,
+        ending,
+        watches: Arc::new(Semaphore::new(MAX_WATCHES)),
+    };
+    let (router, document) = OpenApiRouter::with_openapi(Document::openapi())
+        .routes(routes!(objects::systems))
+        .routes(routes!(objects::nodes))
+        .routes(routes!(objects::components))
+        .routes(routes!(objects::connectors))
+        .routes(routes!(objects::managers))
+        .routes(routes!(objects::events))
+        .routes(routes!(systems::get, systems::put, systems::delete))
+        .routes(routes!(systems::stored_plan, systems::plan))
+        .routes(routes!(objects::node))
+        .routes(routes!(objects::component))
+        .routes(routes!(objects::log))
+        .routes(routes!(objects::connector))
+        .routes(routes!(objects::manager))
+        .routes(routes!(managers::load))
+        .routes(routes!(managers::unload))
+        .routes(routes!(managers::factories))
+        .routes(routes!(managers::create))
+        .routes(routes!(managers::delete))
+        .routes(routes!(sessions::greet))
+        .routes(routes!(sessions::heartbeat))
+        .routes(routes!(health::livez))
+        .routes(routes!(health::readyz))
+        .routes(routes!(health::metrics))
+        .split_for_parts();
+    let document = Arc::new(document);
+    router
+        .route(
+            "/openapi.json",
+            get(move |_: rts_http::server::Principal| {
+                let document = Arc::clone(&document);
+                async move { axum::Json(document.as_ref().clone()) }
+            }),
+        )
+        .fallback(nothing_here)
+        .method_not_allowed_fallback(not_allowed)
+        .layer(DefaultBodyLimit::max(MAX_BODY))
+        .with_state(app)
+}
+
+async fn nothing_here(request: Request) -> ProblemResponse {
+    let path = request.uri().path();
+    Problem::not_found(format!("there is no {path}; /openapi.json lists all paths")).into()
+}
+
+async fn not_allowed(method: Method, request: Request) -> ProblemResponse {
+    let path = request.uri().path();
+    let detail = format!("{path} does not know {method}");
+    Problem::new(405, "method-not-allowed", "method not allowed", detail).into()
+}

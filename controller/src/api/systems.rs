@@ -1,0 +1,116 @@
+//! Systems: apply, plan, delete.
+
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use rts_controller_api::Problem;
+use rts_controller_api::objects::System;
+use rts_controller_api::requests::{ApplyRequest, ApplyResult, PlanResult};
+use rts_http::server::{Json, Principal};
+
+use super::audit::audit;
+use super::extract::Segments;
+use super::objects::with_etag;
+use super::{Answer, App};
+use crate::admit;
+use crate::apply::{apply, delete as begin_deletion, find};
+
+/// One system.
+#[utoipa::path(
+    get, path = "/v1/systems/{name}", params(("name" = String, Path,)),
+    responses((status = 200, body = System), (status = 404, body = Problem))
+)]
+pub async fn get(
+    State(app): State<App>,
+    _: Principal,
+    Segments(name): Segments<String>,
+) -> Answer<Response> {
+    Ok(with_etag(find(&app.core, &name)?))
+}
+
+/// Applies a system. 202: stored as a new generation; 200: the very same is stored already.
+#[utoipa::path(
+    put, path = "/v1/systems/{name}", params(("name" = String, Path,)),
+    request_body = ApplyRequest,
+    responses(
+        (status = 200, body = ApplyResult), (status = 202, body = ApplyResult),
+        (status = 409, body = Problem), (status = 412, body = Problem), (status = 422, body = Problem),
+        (status = 503, body = Problem)
+    )
+)]
+pub async fn put(
+    State(app): State<App>,
+    principal: Principal,
+    Segments(name): Segments<String>,
+    headers: HeaderMap,
+    Json(request): Json<ApplyRequest>,
+) -> Answer<Response> {
+    audit(&principal, "apply", &format!("system/{name}"));
+    let result = apply(&app.core, &name, request, if_match(&headers)).await?;
+    let status = if result.changed {
+        StatusCode::ACCEPTED
+    } else {
+        StatusCode::OK
+    };
+    Ok((status, Json(result)).into_response())
+}
+
+/// What applying would do. Nothing changes.
+#[utoipa::path(
+    post, path = "/v1/systems/{name}/plan", params(("name" = String, Path,)),
+    request_body = ApplyRequest,
+    responses((status = 200, body = PlanResult), (status = 409, body = Problem), (status = 422, body = Problem))
+)]
+pub async fn plan(
+    State(app): State<App>,
+    _: Principal,
+    Segments(name): Segments<String>,
+    Json(request): Json<ApplyRequest>,
+) -> Answer<Json<PlanResult>> {
+    let admitted = admit::admit(&app.core, &name, request).await?;
+    Ok(Json(PlanResult {
+        plan: admitted.plan,
+        notes: admitted.notes,
+    }))
+}
+
+/// Plan of the stored systems as of now; empty when nothing is to be done.
+#[utoipa::path(
+    get, path = "/v1/systems/{name}/plan", params(("name" = String, Path,)),
+    responses((status = 200, body = PlanResult), (status = 404, body = Problem))
+)]
+pub async fn stored_plan(
+    State(app): State<App>,
+    _: Principal,
+    Segments(name): Segments<String>,
+) -> Answer<Json<PlanResult>> {
+    find(&app.core, &name)?;
+    let placed = app.core.place(None);
+    let plan = admit::plan(&app.core, &placed).await;
+    let notes = placed.notes.get(&name).cloned().unwrap_or_default();
+    Ok(Json(PlanResult { plan, notes }))
+}
+
+/// Asks for a system's end. It is gone when it is answered with 404.
+#[utoipa::path(
+    delete, path = "/v1/systems/{name}", params(("name" = String, Path,)),
+    responses((status = 202, body = System), (status = 404, body = Problem), (status = 412, body = Problem))
+)]
+pub async fn delete(
+    State(app): State<App>,
+    principal: Principal,
+    Segments(name): Segments<String>,
+    headers: HeaderMap,
+) -> Answer<Response> {
+    audit(&principal, "delete", &format!("system/{name}"));
+    let system = begin_deletion(&app.core, &name, if_match(&headers)).await?;
+    let mut response = with_etag(system);
+    *response.status_mut() = StatusCode::ACCEPTED;
+    Ok(response)
+}
+
+/// `If-Match`: the request is meant for these versions only. What is no text matches none.
+fn if_match(headers: &HeaderMap) -> Option<&str> {
+    let value = headers.get(header::IF_MATCH)?;
+    Some(value.to_str().unwrap_or_default())
+}

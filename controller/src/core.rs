@@ -1,0 +1,327 @@
+//! What all parts of the controller share: inputs, the store, what is desired, what was last observed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use futures_util::FutureExt;
+use futures_util::future::{BoxFuture, Shared};
+use rts_agent_api::messages::StepOutcome;
+use rts_plan::desired::SystemRef;
+use rts_plan::observed::{NodeObserved, Observed};
+use rts_plan::plan::{Plan, StepId};
+use rts_plan::{NodeFacts, Placed, StoredSystem};
+use tokio::sync::{Notify, watch};
+
+use crate::clock::{Clock, Chance};
+use crate::fleet::Fleet;
+use crate::metrics::Metrics;
+use crate::observe::{self, Target};
+use crate::publish;
+use crate::reconcile::Backoff;
+use crate::sessions::Sessions;
+use crate::store::{Durable, NodeGeneration, State, Store, StoreError, SystemRecord};
+use crate::view::{Happening, View};
+
+/// Revisions that are reserved in the store at a time.
+const REVISIONS: u64 = 1 << 20;
+
+/// What the controller takes from outside.
+#[derive(Clone)]
+pub struct Inputs {
+    /// Name of the local node.
+    pub local_node: String,
+    /// Wall time.
+    pub clock: Arc<dyn Clock>,
+    /// Chance.
+    pub rng: Arc<dyn Chance>,
+    /// Agents.
+    pub fleet: Arc<dyn Fleet>,
+    /// What survives.
+    pub store: Arc<dyn Store>,
+}
+
+/// The controller's state.
+pub struct Core {
+    /// Name of the local node.
+    pub local_node: String,
+    /// Wall time.
+    pub clock: Arc<dyn Clock>,
+    /// Chance.
+    pub rng: Arc<dyn Chance>,
+    /// Agents.
+    pub fleet: Arc<dyn Fleet>,
+    /// What survives.
+    pub store: Durable,
+    /// Made once with the store.
+    pub cluster_uid: String,
+    /// Raised each time a store is created or restored.
+    pub epoch: u64,
+    /// Nodes and their agents.
+    pub sessions: Sessions,
+    /// Objects as clients see them.
+    pub view: View,
+    /// Numbers for `/metrics`.
+    pub metrics: Metrics,
+    /// What failed and waits.
+    pub backoff: Mutex<Backoff>,
+    /// One apply or deletion is admitted at a time.
+    pub admission: tokio::sync::Mutex<()>,
+    /// Wakes the reconcile loop.
+    pub wake: Notify,
+    desired: watch::Sender<u64>,
+    registry: Mutex<Registry>,
+    world: Mutex<World>,
+    reserved: AtomicU64,
+    refresh: Mutex<Option<Shared<BoxFuture<'static, ()>>>>,
+}
+
+/// The store's contents, in memory.
+#[derive(Debug, Clone, Default)]
+pub struct Registry {
+    /// Systems by name.
+    pub systems: BTreeMap<String, SystemRecord>,
+    /// Node generations.
+    pub nodes: BTreeMap<String, NodeGeneration>,
+}
+
+/// What is known of the world, and what is being done about it.
+#[derive(Debug, Default)]
+pub struct World {
+    /// Last observation.
+    pub observed: Observed,
+    /// Placement that the last plan was made from.
+    pub placed: Placed,
+    /// Last plan.
+    pub plan: Plan,
+    /// System uid → generation that the plan was made for.
+    pub planned: BTreeMap<String, u64>,
+    /// The run of that plan, while it runs.
+    pub run: Option<RunState>,
+    /// Node → why its NodeSpec or steps were refused.
+    pub faults: BTreeMap<String, String>,
+}
+
+/// Where the steps of a running plan are.
+#[derive(Debug, Clone, Default)]
+pub struct RunState {
+    /// Steps that run.
+    pub running: Vec<StepId>,
+    /// Steps that ended.
+    pub ended: BTreeMap<StepId, StepOutcome>,
+}
+
+impl Core {
+    /// Loads the store. Blocks: call it before serving.
+    pub fn load(inputs: Inputs) -> Result<Arc<Self>, StoreError> {
+        let State {
+            cluster_uid,
+            epoch,
+            revisions,
+            systems,
+            nodes,
+        } = inputs.store.load()?;
+        inputs.store.reserve_revisions(revisions + REVISIONS)?;
+        let core = Arc::new(Self {
+            local_node: inputs.local_node,
+            clock: inputs.clock,
+            rng: inputs.rng,
+            fleet: inputs.fleet,
+            store: Durable::new(inputs.store),
+            cluster_uid,
+            epoch,
+            sessions: Sessions::default(),
+            view: View::new(revisions),
+            metrics: Metrics::default(),
+            backoff: Mutex::default(),
+            admission: tokio::sync::Mutex::new(()),
+            wake: Notify::new(),
+            desired: watch::Sender::new(0),
+            registry: Mutex::new(Registry { systems, nodes }),
+            world: Mutex::default(),
+            reserved: AtomicU64::new(revisions + REVISIONS),
+            refresh: Mutex::default(),
+        });
+        core.publish();
+        Ok(core)
+    }
+
+    /// What is stored.
+    pub fn registry(&self) -> MutexGuard<'_, Registry> {
+        self.registry.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is known of the world.
+    pub fn world(&self) -> MutexGuard<'_, World> {
+        self.world.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What failed and waits.
+    pub fn backoff(&self) -> MutexGuard<'_, Backoff> {
+        self.backoff.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes a system, durably, then makes it known. Wakes nobody.
+    pub async fn store_system(&self, record: SystemRecord) -> Result<(), StoreError> {
+        self.store.put_system(record.clone()).await?;
+        let name = record.name().to_owned();
+        self.registry().systems.insert(name, record);
+        Ok(())
+    }
+
+    /// The desired state changed: whatever runs must make way, and the loop must look.
+    pub fn desired_changed(&self) {
+        self.desired.send_modify(|n| *n = n.wrapping_add(1));
+        self.publish();
+        self.wake.notify_one();
+    }
+
+    /// Tells of changes of the desired state.
+    pub fn watch_desired(&self) -> watch::Receiver<u64> {
+        self.desired.subscribe()
+    }
+
+    /// Appends to the event log.
+    pub fn record(&self, happening: Happening) {
+        self.view.record(happening, self.clock.now());
+    }
+
+    /// Shows everything as it is now.
+    pub fn publish(&self) {
+        publish::all(self);
+    }
+
+    /// Places all stored systems, with one of them replaced by `candidate`.
+    pub fn place(&self, candidate: Option<&SystemRecord>) -> Placed {
+        let registry = self.registry();
+        let mut records = registry.systems.clone();
+        if let Some(candidate) = candidate {
+            records.insert(candidate.name().to_owned(), candidate.clone());
+        }
+        let systems: Vec<StoredSystem> = records.values().map(stored).collect();
+        let sessions = self.sessions.all();
+        let ran = records.values().flat_map(|record| &record.nodes);
+        let names: BTreeSet<&String> = sessions
+            .keys()
+            .chain(registry.nodes.keys())
+            .chain(ran)
+            .collect();
+        let facts: Vec<NodeFacts> = names
+            .into_iter()
+            .map(|name| NodeFacts {
+                name: name.clone(),
+                aliases: sessions
+                    .get(name)
+                    .map_or_else(Vec::new, |entry| entry.session.aliases.clone()),
+            })
+            .collect();
+        rts_plan::place(&systems, &facts, &self.local_node)
+    }
+
+    /// Asks all agents now.
+    pub async fn observe(&self) -> Observed {
+        let sessions = self.sessions.all();
+        let mut targets: BTreeMap<String, Target> = BTreeMap::new();
+        {
+            let registry = self.registry();
+            let ran = registry.systems.values().flat_map(|record| &record.nodes);
+            for node in ran.chain(registry.nodes.keys()) {
+                let why = format!("the agent of node {node} has not greeted this controller yet");
+                targets.insert(node.clone(), Target::Silent(why));
+            }
+        }
+        for (node, entry) in sessions {
+            let target = if entry.lost {
+                let seen = entry.session.seen;
+                Target::Silent(format!("node {node} has sent no heartbeat since {seen:.0}"))
+            } else {
+                Target::Agent(entry.session.agent)
+            };
+            targets.insert(node, target);
+        }
+        let observed = observe::observe(targets, observe::DEADLINE).await;
+        for (node, answer) in &observed.nodes {
+            match answer {
+                NodeObserved::Known(inventory) => self.sessions.observed(node, Ok(inventory)),
+                NodeObserved::Unknown { reason } => self.sessions.observed(node, Err(reason)),
+            }
+        }
+        observed
+    }
+
+    /// Brings the view up to date. Callers at the same time share one observation.
+    pub async fn refresh(self: &Arc<Self>) {
+        let shared = {
+            let mut slot = self.refresh.lock().unwrap_or_else(PoisonError::into_inner);
+            match slot.as_ref().filter(|f| f.peek().is_none()) {
+                Some(running) => running.clone(),
+                None => {
+                    let core = Arc::clone(self);
+                    let work = async move {
+                        let observed = core.observe().await;
+                        core.saw(observed);
+                    };
+                    let shared = work.boxed().shared();
+                    *slot = Some(shared.clone());
+                    shared
+                }
+            }
+        };
+        shared.await;
+    }
+
+    /// Keeps and shows an observation; wakes the loop when it brings more than counters.
+    fn saw(&self, observed: Observed) {
+        let news = {
+            let mut world = self.world();
+            let news = revisions(&world.observed) != revisions(&observed);
+            world.observed = observed;
+            news
+        };
+        self.publish();
+        if news {
+            self.wake.notify_one();
+        }
+    }
+
+    /// Reserves revisions before they run out.
+    pub async fn reserve_revisions(&self) {
+        let reserved = self.reserved.load(Ordering::Relaxed);
+        let revision = self.view.revision();
+        if revision + REVISIONS / 2 < reserved {
+            return;
+        }
+        match self.store.reserve_revisions(revision + REVISIONS).await {
+            Ok(()) => self.reserved.store(revision + REVISIONS, Ordering::Relaxed),
+            Err(e) => tracing::error!(error = %crate::chain(&e), "revisions cannot be reserved"),
+        }
+    }
+}
+
+/// Inventory revision of each node that answered.
+fn revisions(observed: &Observed) -> BTreeMap<&str, Option<u64>> {
+    let nodes = observed.nodes.iter();
+    nodes
+        .map(|(node, answer)| match answer {
+            NodeObserved::Known(inventory) => (node.as_str(), Some(inventory.revision)),
+            NodeObserved::Unknown { .. } => (node.as_str(), None),
+        })
+        .collect()
+}
+
+/// Name and identity of a stored system.
+pub fn reference(record: &SystemRecord) -> SystemRef {
+    SystemRef {
+        name: record.name().to_owned(),
+        uid: record.uid.clone(),
+    }
+}
+
+fn stored(record: &SystemRecord) -> StoredSystem {
+    StoredSystem {
+        reference: reference(record),
+        spec: record.spec.clone(),
+        module_digests: record.digests.clone(),
+        deleting: record.deleted.is_some(),
+    }
+}

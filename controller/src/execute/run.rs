@@ -1,0 +1,271 @@
+//! One run of a plan.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures_util::StreamExt;
+use futures_util::future::BoxFuture;
+use futures_util::stream::{self, BoxStream, FuturesUnordered, SelectAll};
+use rts_agent_api::messages::{Batch, BatchEvent, GateReport, StepOutcome};
+use rts_plan::plan::{Plan, Step, StepId};
+
+use super::cut::cut;
+use crate::fleet::Agent;
+
+/// Time that a batch has.
+pub const BATCH_DEADLINE: Duration = Duration::from_secs(60);
+/// Time after its deadline in which the agent must have said so.
+const GRACE: Duration = Duration::from_secs(5);
+/// Time for an agent to accept a batch.
+const ACCEPT: Duration = Duration::from_secs(5);
+/// How often a gate report is tried.
+const GATE_TRIES: u32 = 3;
+
+/// An agent that takes part, and a future that ends when it is lost.
+pub struct Peer {
+    /// The agent.
+    pub agent: Arc<dyn Agent>,
+    /// The generation that its ledger holds.
+    pub generation: u64,
+    /// Ends when the node's session ends.
+    pub lost: BoxFuture<'static, ()>,
+}
+
+/// Where each step of a run is.
+#[derive(Debug, Clone, Default)]
+pub struct Progress {
+    /// Steps that run.
+    pub running: Vec<StepId>,
+    /// Steps that ended.
+    pub ended: BTreeMap<StepId, StepOutcome>,
+}
+
+/// Something that came from one node.
+enum Report {
+    Event(String, BatchEvent),
+    /// The stream ended: regularly, or the reason why not.
+    Over(String, Option<String>),
+}
+
+/// Carries out one plan.
+pub struct Executor<'a> {
+    plan: &'a Plan,
+    plan_id: &'a str,
+    agents: BTreeMap<String, Arc<dyn Agent>>,
+    gates: BTreeMap<String, Vec<StepId>>,
+    reports: SelectAll<BoxStream<'static, Report>>,
+    releases: FuturesUnordered<BoxFuture<'static, ()>>,
+    /// Where it is.
+    pub progress: Progress,
+    /// Nodes whose agent refused its steps or was lost, and why.
+    pub faults: BTreeMap<String, String>,
+}
+
+impl<'a> Executor<'a> {
+    /// Starts the batches. Steps of nodes without a peer fail with the reason that is given for the node.
+    pub fn start(
+        plan: &'a Plan,
+        plan_id: &'a str,
+        peers: BTreeMap<String, Peer>,
+        absent: &BTreeMap<String, String>,
+    ) -> Self {
+        let generations = peers.iter().map(|(n, p)| (n.clone(), p.generation)).collect();
+        let deadline = u64::try_from(BATCH_DEADLINE.as_millis()).unwrap_or(u64::MAX);
+        let mut batches = cut(plan, plan_id, &generations, deadline);
+        let mut run = Self {
+            plan,
+            plan_id,
+            agents: BTreeMap::new(),
+            gates: batches
+                .iter()
+                .map(|(node, batch)| (node.clone(), batch.gates.clone()))
+                .collect(),
+            reports: SelectAll::new(),
+            releases: FuturesUnordered::new(),
+            progress: Progress::default(),
+            faults: BTreeMap::new(),
+        };
+        for (node, peer) in peers {
+            if let Some(batch) = batches.remove(&node) {
+                run.agents.insert(node.clone(), Arc::clone(&peer.agent));
+                run.reports.push(follow(node, batch, peer));
+            }
+        }
+        for step in &plan.steps {
+            if !run.agents.contains_key(&step.node) {
+                let reason = absent
+                    .get(&step.node)
+                    .cloned()
+                    .unwrap_or_else(|| format!("node {} has no agent now", step.node));
+                run.ended(step.id, skipped(reason));
+            }
+        }
+        run
+    }
+
+    /// Waits for news. False when the run is over.
+    pub async fn next(&mut self) -> bool {
+        loop {
+            tokio::select! {
+                report = self.reports.next() => {
+                    let Some(report) = report else { return false };
+                    self.take(report);
+                    return true;
+                }
+                Some(()) = self.releases.next(), if !self.releases.is_empty() => {}
+            }
+        }
+    }
+
+    fn take(&mut self, report: Report) {
+        match report {
+            Report::Event(node, BatchEvent::Started { step }) if self.owns(&node, step) => {
+                if !self.progress.running.contains(&step) {
+                    self.progress.running.push(step);
+                }
+                self.release(step, |id| GateReport {
+                    started: vec![id],
+                    succeeded: Vec::new(),
+                    failed: Vec::new(),
+                });
+            }
+            Report::Event(node, BatchEvent::Finished { step, outcome, .. })
+                if self.owns(&node, step) =>
+            {
+                self.ended(step, outcome);
+            }
+            Report::Event(..) => {}
+            Report::Over(node, why) => {
+                if let Some(why) = &why {
+                    tracing::warn!(node, reason = why, "batch broken off");
+                    self.faults.insert(node.clone(), why.clone());
+                }
+                let reason = why.unwrap_or_else(|| "its agent never told of it".to_owned());
+                for step in &self.plan.steps {
+                    if step.node == node && !self.progress.ended.contains_key(&step.id) {
+                        let outcome = if self.progress.running.contains(&step.id) {
+                            StepOutcome::Failed {
+                                reason: reason.clone(),
+                            }
+                        } else {
+                            skipped(reason.clone())
+                        };
+                        self.ended(step.id, outcome);
+                    }
+                }
+                self.agents.remove(&node);
+            }
+        }
+    }
+
+    /// The first outcome of a step counts.
+    fn ended(&mut self, step: StepId, outcome: StepOutcome) {
+        self.progress.running.retain(|id| *id != step);
+        if self.progress.ended.contains_key(&step) {
+            return;
+        }
+        let good = outcome == StepOutcome::Succeeded;
+        self.progress.ended.insert(step, outcome);
+        self.release(step, |id| GateReport {
+            started: Vec::new(),
+            succeeded: if good { vec![id] } else { Vec::new() },
+            failed: if good { Vec::new() } else { vec![id] },
+        });
+    }
+
+    fn owns(&self, node: &str, id: StepId) -> bool {
+        step(self.plan, id).is_some_and(|step| step.node == node)
+    }
+
+    /// Tells the nodes that wait for this step.
+    fn release(&mut self, id: StepId, report: impl Fn(StepId) -> GateReport) {
+        for (node, gates) in &self.gates {
+            let Some(agent) = self.agents.get(node).filter(|_| gates.contains(&id)) else {
+                continue;
+            };
+            let agent = Arc::clone(agent);
+            let plan_id = self.plan_id.to_owned();
+            let report = report(id);
+            let node = node.clone();
+            self.releases.push(Box::pin(async move {
+                for _ in 0..GATE_TRIES {
+                    let sent = tokio::time::timeout(ACCEPT, agent.release(&plan_id, &report));
+                    match sent.await {
+                        Ok(Ok(())) => return,
+                        Ok(Err(e)) => tracing::debug!(node, error = %e, "gate report failed"),
+                        Err(_) => tracing::debug!(node, "gate report got no answer"),
+                    }
+                    tokio::time::sleep(Duration::from_millis(100)).await;
+                }
+                tracing::warn!(node, step = id, "a gate could not be opened; the batch's deadline ends it");
+            }));
+        }
+    }
+}
+
+/// A step of a plan by its id.
+pub fn step(plan: &Plan, id: StepId) -> Option<&Step> {
+    let index = usize::try_from(id).ok()?.checked_sub(1)?;
+    plan.steps
+        .get(index)
+        .filter(|step| step.id == id)
+        .or_else(|| plan.steps.iter().find(|step| step.id == id))
+}
+
+fn skipped(reason: String) -> StepOutcome {
+    StepOutcome::Skipped {
+        because_of: None,
+        reason,
+    }
+}
+
+/// The reports of one node's batch, with an end in any case: loss of the agent and the deadline included.
+fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> {
+    let Peer { agent, lost, .. } = peer;
+    let name = node.clone();
+    let begin = async move {
+        let accepted = tokio::time::timeout(ACCEPT, agent.run_batch(&batch)).await;
+        match accepted {
+            Ok(Ok(events)) => Ok(events),
+            Ok(Err(e)) => Err(format!("the agent of node {node} refused the steps: {e}")),
+            Err(_) => Err(format!(
+                "the agent of node {node} did not accept the steps within {} s",
+                ACCEPT.as_secs()
+            )),
+        }
+    };
+    let reports = stream::once(begin).flat_map(|events| match events {
+        Ok(events) => events
+            .map(|event| event.map_err(|e| format!("the results of its steps stopped: {e}")))
+            .boxed(),
+        Err(reason) => stream::iter([Err(reason)]).boxed(),
+    });
+    // Whatever ends it first says why; an `End` is the regular one.
+    let cut_off = stream::once(async move {
+        tokio::select! {
+            () = lost => Err("its agent was lost".to_owned()),
+            () = tokio::time::sleep(BATCH_DEADLINE + GRACE) => {
+                Err(format!("its batch did not end within {} s", (BATCH_DEADLINE + GRACE).as_secs()))
+            }
+        }
+    });
+    let reports = reports.chain(stream::iter([Err("its agent closed the stream early".to_owned())]));
+    let merged = stream::select(reports.boxed(), cut_off.boxed()).map(move |event| match event {
+        Ok(BatchEvent::End) => Report::Over(name.clone(), None),
+        Ok(event) => Report::Event(name.clone(), event),
+        Err(reason) => Report::Over(name.clone(), Some(reason)),
+    });
+    until_over(merged.boxed())
+}
+
+/// Ends a stream with its first [`Report::Over`].
+fn until_over(reports: BoxStream<'static, Report>) -> BoxStream<'static, Report> {
+    stream::unfold(Some(reports), |reports| async move {
+        let mut reports = reports?;
+        let report = reports.next().await?;
+        let over = matches!(report, Report::Over(..));
+        Some((report, (!over).then_some(reports)))
+    })
+    .boxed()
+}

@@ -1,0 +1,50 @@
+//! Asks the agents of all nodes at once what is there. Who does not answer in time is unknown, never empty.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures_util::future::join_all;
+use rts_plan::observed::{NodeObserved, Observed};
+
+use crate::fleet::Agent;
+
+/// Time that an agent has to answer.
+pub const DEADLINE: Duration = Duration::from_secs(1);
+
+/// A node to be asked.
+pub enum Target {
+    /// Its agent.
+    Agent(Arc<dyn Agent>),
+    /// It cannot be asked, and why.
+    Silent(String),
+}
+
+/// Asks everybody.
+pub async fn observe(targets: BTreeMap<String, Target>, deadline: Duration) -> Observed {
+    let asked = targets.into_iter().map(|(node, target)| async move {
+        let answer = match target {
+            Target::Agent(agent) => ask(&node, agent.as_ref(), deadline).await,
+            Target::Silent(reason) => NodeObserved::Unknown { reason },
+        };
+        (node, answer)
+    });
+    Observed {
+        nodes: join_all(asked).await.into_iter().collect(),
+    }
+}
+
+async fn ask(node: &str, agent: &dyn Agent, deadline: Duration) -> NodeObserved {
+    match tokio::time::timeout(deadline, agent.inventory()).await {
+        Ok(Ok(inventory)) => NodeObserved::Known(inventory),
+        Ok(Err(e)) => NodeObserved::Unknown {
+            reason: format!("the agent of node {node} failed: {e}"),
+        },
+        Err(_) => NodeObserved::Unknown {
+            reason: format!(
+                "the agent of node {node} did not answer within {} ms",
+                deadline.as_millis()
+            ),
+        },
+    }
+}

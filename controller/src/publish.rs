@@ -1,0 +1,91 @@
+//! Turns what is stored, planned and observed into the objects that clients see. Decides nothing.
+
+mod components;
+mod connectors;
+mod managers;
+mod nodes;
+pub mod system;
+mod waiting;
+
+use std::collections::BTreeMap;
+
+use rts_controller_api::API_VERSION;
+use rts_controller_api::objects::{Kind, Metadata, Object};
+use rts_plan::observed::{Inventory, NodeObserved};
+
+use crate::core::{Core, Registry, World};
+use crate::sessions::NodeEntry;
+
+/// Everything that objects are made of.
+pub struct Scene<'a> {
+    registry: &'a Registry,
+    world: &'a World,
+    nodes: &'a BTreeMap<String, NodeEntry>,
+    /// Target → why it does not go on.
+    reasons: BTreeMap<String, String>,
+    /// Inventory of each node, and whether it is from the last observation.
+    inventories: BTreeMap<&'a str, (&'a Inventory, bool)>,
+}
+
+/// Publishes all objects.
+pub fn all(core: &Core) {
+    let registry = core.registry().clone();
+    let nodes = core.sessions.all();
+    let world = core.world();
+    let backoff = core.backoff();
+    let scene = Scene {
+        reasons: waiting::reasons(&world, &backoff),
+        inventories: inventories(&world, &nodes),
+        registry: &registry,
+        world: &world,
+        nodes: &nodes,
+    };
+    core.view.replace(nodes::nodes(&scene));
+    core.view.replace(components::components(&scene));
+    core.view.replace(connectors::connectors(&scene));
+    core.view.replace(managers::managers(&scene));
+    let now = core.clock.now();
+    let systems: Vec<_> = registry
+        .systems
+        .values()
+        .map(|record| {
+            let before = core.view.get(record.name());
+            system::system(&scene, &backoff, record, before.as_ref(), now)
+        })
+        .collect();
+    core.view.replace(systems);
+}
+
+/// What was last seen of every node: as observed, or, of an unknown node, before that.
+fn inventories<'a>(
+    world: &'a World,
+    nodes: &'a BTreeMap<String, NodeEntry>,
+) -> BTreeMap<&'a str, (&'a Inventory, bool)> {
+    let mut all: BTreeMap<&str, (&Inventory, bool)> = nodes
+        .iter()
+        .map(|(node, entry)| (node.as_str(), (&entry.inventory, false)))
+        .collect();
+    for (node, answer) in &world.observed.nodes {
+        let lost = nodes.get(node).is_some_and(|entry| entry.lost);
+        if let (NodeObserved::Known(inventory), false) = (answer, lost) {
+            all.insert(node, (inventory, true));
+        }
+    }
+    all
+}
+
+/// An object without labels.
+fn object<Spec, Status>(
+    kind: Kind,
+    metadata: Metadata,
+    spec: Spec,
+    status: Status,
+) -> Object<Spec, Status> {
+    Object {
+        api_version: API_VERSION.to_owned(),
+        kind,
+        metadata,
+        spec,
+        status,
+    }
+}

@@ -1,0 +1,168 @@
+//! Component objects: what is desired and what was observed, joined by node and instance name.
+
+use std::collections::BTreeMap;
+
+use rts_controller_api::objects::{Component, ComponentStatus, ComponentView, Kind, Metadata};
+use rts_plan::desired::{PlacedComponent, SystemRef};
+use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
+use rts_plan::target;
+
+use super::{Scene, object};
+
+#[derive(Default)]
+struct Both<'a> {
+    desired: Option<(&'a SystemRef, &'a PlacedComponent)>,
+    observed: Option<(&'a ManagerObserved, &'a ComponentObserved, bool)>,
+}
+
+/// All components.
+pub fn components(scene: &Scene<'_>) -> Vec<Component> {
+    let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
+    for (node, spec) in &scene.world.placed.desired.nodes {
+        for part in &spec.systems {
+            for placed in &part.components {
+                let both = all.entry((node, &placed.spec.instance)).or_default();
+                both.desired = Some((&part.system, placed));
+            }
+        }
+    }
+    for (node, (inventory, known)) in &scene.inventories {
+        for manager in &inventory.managers {
+            for component in &manager.components {
+                let both = all.entry((node, &component.instance)).or_default();
+                both.observed = Some((manager, component, *known));
+            }
+        }
+    }
+    all.iter()
+        .map(|((node, instance), both)| component(scene, node, instance, both))
+        .collect()
+}
+
+/// Name of a state, as in JSON.
+pub fn state_name(state: LifeCycleState) -> &'static str {
+    match state {
+        LifeCycleState::Created => "Created",
+        LifeCycleState::Inactive => "Inactive",
+        LifeCycleState::Active => "Active",
+        LifeCycleState::Error => "Error",
+    }
+}
+
+fn component(scene: &Scene<'_>, node: &str, instance: &str, both: &Both<'_>) -> Component {
+    let mut status = match &both.observed {
+        Some((manager, found, known)) => as_observed(manager, found, *known),
+        None => ComponentStatus {
+            state: "Unknown".to_owned(),
+            ..ComponentStatus::default()
+        },
+    };
+    node.clone_into(&mut status.node);
+    if let Some((_, placed)) = both.desired {
+        if status.manager.is_empty() {
+            status.manager.clone_from(&placed.manager);
+        }
+        status.waiting_on = waits_for(scene, node, instance, both, &status);
+    }
+    status.drift = drift(both);
+    object(
+        Kind::Component,
+        metadata(scene, instance, both, &status),
+        view(both),
+        status,
+    )
+}
+
+fn as_observed(
+    manager: &ManagerObserved,
+    found: &ComponentObserved,
+    known: bool,
+) -> ComponentStatus {
+    let known = known && manager.responsive;
+    let state = state_name(found.state);
+    ComponentStatus {
+        state: if known { state } else { "Unknown" }.to_owned(),
+        last_known_state: (!known).then(|| state.to_owned()),
+        manager: manager.key.name.clone(),
+        pid: Some(manager.pid),
+        restarts: found.restarts,
+        incarnation: found.incarnation.clone(),
+        message: found.message.clone(),
+        configuration: found.configuration.clone(),
+        rate: Some(found.rate),
+        executions: found.executions,
+        created: found.created.parse().ok(),
+        ..ComponentStatus::default()
+    }
+}
+
+/// Why a desired component is not Active.
+fn waits_for(
+    scene: &Scene<'_>,
+    node: &str,
+    instance: &str,
+    both: &Both<'_>,
+    status: &ComponentStatus,
+) -> Option<String> {
+    if status.state == "Active" {
+        return None;
+    }
+    let known = scene.inventories.get(node).is_some_and(|(_, known)| *known);
+    let reason = scene.reasons.get(&target::component(instance)).cloned();
+    let reason = reason.or_else(|| (!known).then(|| format!("node {node} is unknown")));
+    match (both.observed, reason) {
+        (None, Some(reason)) => Some(format!("not created yet: {reason}")),
+        (None, None) => Some("not created yet: its steps have not been carried out".to_owned()),
+        (Some(_), reason) => reason,
+    }
+}
+
+fn drift(both: &Both<'_>) -> bool {
+    match (&both.desired, &both.observed) {
+        (None, Some((_, found, _))) => found.system.is_none(),
+        (Some((system, _)), Some((_, found, _))) => found.system.as_ref() != Some(*system),
+        _ => false,
+    }
+}
+
+fn metadata(
+    scene: &Scene<'_>,
+    instance: &str,
+    both: &Both<'_>,
+    status: &ComponentStatus,
+) -> Metadata {
+    let record = both
+        .desired
+        .and_then(|(system, _)| scene.registry.systems.get(&system.name));
+    let uid = match &both.desired {
+        Some((system, _)) => format!("{}/{instance}", system.uid),
+        None => status.incarnation.clone(),
+    };
+    Metadata {
+        name: instance.to_owned(),
+        uid,
+        generation: record.map_or(0, |record| record.generation),
+        creation_timestamp: status.created,
+        ..Metadata::default()
+    }
+}
+
+fn view(both: &Both<'_>) -> ComponentView {
+    match (&both.desired, &both.observed) {
+        (Some((system, placed)), _) => ComponentView {
+            system: system.name.clone(),
+            type_name: placed.spec.type_name.clone(),
+            required: placed.spec.required,
+            configuration: placed.spec.configuration.clone(),
+        },
+        (None, Some((_, found, _))) => ComponentView {
+            system: found
+                .system
+                .as_ref()
+                .map_or_else(String::new, |s| s.name.clone()),
+            type_name: found.type_name.clone(),
+            ..ComponentView::default()
+        },
+        (None, None) => ComponentView::default(),
+    }
+}

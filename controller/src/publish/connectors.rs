@@ -1,0 +1,140 @@
+//! Connector objects: what is desired and what the owning end reports, joined by system and name.
+
+use std::collections::BTreeMap;
+
+use rts_controller_api::objects::{
+    Connector, ConnectorStatus, ConnectorView, Kind, Metadata,
+};
+use rts_plan::desired::{PlacedConnector, SystemRef};
+use rts_plan::observed::{ConnectorObserved, ConnectorState};
+use rts_plan::target;
+use rts_schemas::system::PortKind;
+
+use super::{Scene, object};
+
+#[derive(Default)]
+struct Both<'a> {
+    desired: Option<(&'a SystemRef, &'a PlacedConnector)>,
+    observed: Option<(&'a ConnectorObserved, bool)>,
+}
+
+/// All connectors.
+pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
+    let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
+    for spec in scene.world.placed.desired.nodes.values() {
+        for part in &spec.systems {
+            for placed in &part.connectors {
+                let both = all.entry((&part.system.name, &placed.spec.name)).or_default();
+                both.desired = Some((&part.system, placed));
+            }
+        }
+    }
+    for (inventory, known) in scene.inventories.values() {
+        for manager in &inventory.managers {
+            let known = *known && manager.responsive;
+            for component in &manager.components {
+                let system = component.system.as_ref().map_or("", |s| s.name.as_str());
+                for connector in &component.connectors {
+                    let both = all.entry((system, &connector.name)).or_default();
+                    both.observed = Some((connector, known));
+                }
+            }
+        }
+    }
+    all.iter()
+        .map(|((system, name), both)| connector(scene, system, name, both))
+        .collect()
+}
+
+fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Connector {
+    let mut status = match &both.observed {
+        Some((found, known)) => as_observed(found, *known),
+        None => ConnectorStatus {
+            state: absent(scene, both).to_owned(),
+            ..ConnectorStatus::default()
+        },
+    };
+    status.drift = both.desired.is_none() && system.is_empty();
+    if both.desired.is_some() && status.state != "Connected" {
+        let reason = scene.reasons.get(&target::connector(name)).cloned();
+        status.waiting_on = match (&both.observed, reason) {
+            (None, None) => {
+                Some("not connected yet: its steps have not been carried out".to_owned())
+            }
+            (None, Some(reason)) => Some(format!("not connected yet: {reason}")),
+            (Some(_), reason) => reason,
+        };
+    }
+    let record = scene.registry.systems.get(system);
+    let metadata = Metadata {
+        name: name.to_owned(),
+        uid: record.map_or_else(|| name.to_owned(), |r| format!("{}/{name}", r.uid)),
+        generation: record.map_or(0, |r| r.generation),
+        creation_timestamp: record.map(|r| r.created),
+        ..Metadata::default()
+    };
+    object(Kind::Connector, metadata, view(system, both), status)
+}
+
+/// State of a connector that nobody reports.
+fn absent(scene: &Scene<'_>, both: &Both<'_>) -> &'static str {
+    let node = both.desired.map(|(_, placed)| placed.source.node.as_str());
+    let known = node.and_then(|node| scene.inventories.get(node));
+    if known.is_some_and(|(_, known)| *known) {
+        "Disconnected"
+    } else {
+        "Unknown"
+    }
+}
+
+fn as_observed(found: &ConnectorObserved, known: bool) -> ConnectorStatus {
+    let state = match found.state {
+        _ if !known => "Unknown",
+        ConnectorState::Connected => "Connected",
+        ConnectorState::Connecting => "Connecting",
+        ConnectorState::Disconnected => "Disconnected",
+    };
+    ConnectorStatus {
+        state: state.to_owned(),
+        transport: found.transport.clone(),
+        samples_sent: found.samples_sent,
+        samples_received: found.samples_received,
+        bytes: found.bytes,
+        drops: found.drops,
+        waiting_on: None,
+        drift: false,
+    }
+}
+
+fn view(system: &str, both: &Both<'_>) -> ConnectorView {
+    let (kind, data_type) = match &both.desired {
+        Some((_, placed)) => (placed.spec.kind, placed.spec.data_type.clone()),
+        None => (PortKind::Data, None),
+    };
+    let (source, target, properties) = match (&both.desired, &both.observed) {
+        (Some((_, placed)), _) => {
+            let spec = &placed.spec;
+            (&spec.source, &spec.target, spec.properties.clone())
+        }
+        (None, Some((found, _))) => (&found.source, &found.target, found.properties.clone()),
+        // An entry is only made for one of the two.
+        (None, None) => {
+            return ConnectorView {
+                system: system.to_owned(),
+                kind,
+                source: String::new(),
+                target: String::new(),
+                data_type,
+                properties: BTreeMap::new(),
+            };
+        }
+    };
+    ConnectorView {
+        system: system.to_owned(),
+        kind,
+        source: source.to_string(),
+        target: target.to_string(),
+        data_type,
+        properties,
+    }
+}

@@ -1,0 +1,51 @@
+//! Manager objects.
+
+use rts_controller_api::objects::{Kind, Manager, ManagerStatus, ManagerView, Metadata};
+use rts_plan::observed::ManagerObserved;
+
+use super::{Scene, object};
+
+/// Managers that were observed; of an unknown node those last seen.
+pub fn managers(scene: &Scene<'_>) -> Vec<Manager> {
+    scene
+        .inventories
+        .iter()
+        .flat_map(|(node, (inventory, known))| {
+            inventory
+                .managers
+                .iter()
+                .map(move |found| manager(node, found, *known))
+        })
+        .collect()
+}
+
+fn manager(node: &str, found: &ManagerObserved, known: bool) -> Manager {
+    let system = found.key.system.as_ref().map(|s| s.name.clone());
+    let started = found.started.parse().ok();
+    let state = match (known, found.responsive) {
+        (false, _) => "Unknown",
+        (true, false) => "Unresponsive",
+        (true, true) => "Ready",
+    };
+    object(
+        Kind::Manager,
+        Metadata {
+            name: found.key.display_name(),
+            uid: found.incarnation.clone(),
+            creation_timestamp: started,
+            ..Metadata::default()
+        },
+        ManagerView {
+            system: system.unwrap_or_default(),
+        },
+        ManagerStatus {
+            node: node.to_owned(),
+            pid: found.pid,
+            state: state.to_owned(),
+            components: found.components.iter().map(|c| c.instance.clone()).collect(),
+            modules: found.modules.iter().cloned().collect(),
+            incarnation: found.incarnation.clone(),
+            started,
+        },
+    )
+}

@@ -1,0 +1,57 @@
+//! Node objects.
+
+use rts_controller_api::objects::{Kind, Metadata, Node, NodeSpecView, NodeStatus};
+
+use super::{Scene, object};
+use crate::sessions::NodeEntry;
+
+/// Nodes that greeted, and those that stored systems ran on.
+pub fn nodes(scene: &Scene<'_>) -> Vec<Node> {
+    let ran = scene.registry.systems.values().flat_map(|r| &r.nodes);
+    let silent = ran
+        .filter(|node| !scene.nodes.contains_key(*node))
+        .map(|node| unknown(node));
+    let greeted = scene.nodes.iter().map(|(name, entry)| known(scene, name, entry));
+    greeted.chain(silent).collect()
+}
+
+fn known(scene: &Scene<'_>, name: &str, entry: &NodeEntry) -> Node {
+    let managers = scene
+        .inventories
+        .get(name)
+        .map_or(&[][..], |(inventory, _)| &inventory.managers[..]);
+    let components: usize = managers.iter().map(|m| m.components.len()).sum();
+    object(
+        Kind::Node,
+        Metadata {
+            name: name.to_owned(),
+            uid: entry.uid.clone(),
+            creation_timestamp: Some(entry.created),
+            ..Metadata::default()
+        },
+        NodeSpecView {
+            endpoint: entry.session.endpoint.clone(),
+            aliases: entry.session.aliases.clone(),
+        },
+        NodeStatus {
+            state: entry.state().to_owned(),
+            last_seen: Some(entry.session.seen),
+            version: entry.session.version.clone(),
+            session: entry.session.id.clone(),
+            managers: u32::try_from(managers.len()).unwrap_or(u32::MAX),
+            components: u32::try_from(components).unwrap_or(u32::MAX),
+        },
+    )
+}
+
+fn unknown(name: &str) -> Node {
+    let metadata = Metadata {
+        name: name.to_owned(),
+        ..Metadata::default()
+    };
+    let status = NodeStatus {
+        state: "Unknown".to_owned(),
+        ..NodeStatus::default()
+    };
+    object(Kind::Node, metadata, NodeSpecView::default(), status)
+}

@@ -1,0 +1,288 @@
+//! System objects: phase, conditions, progress.
+
+use jiff::Timestamp;
+use rts_agent_api::messages::StepOutcome;
+use rts_controller_api::objects::{
+    Condition, Kind, Metadata, Phase, Progress, System, SystemStatus,
+};
+use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
+use rts_plan::plan::Step;
+
+use super::{Scene, object, waiting};
+use crate::reconcile::Backoff;
+use crate::store::SystemRecord;
+
+/// Running steps that are shown.
+const RUNNING: usize = 8;
+
+/// One system.
+pub fn system(
+    scene: &Scene<'_>,
+    backoff: &Backoff,
+    record: &SystemRecord,
+    before: Option<&System>,
+    now: Timestamp,
+) -> System {
+    let before = before.filter(|before| before.metadata.uid == record.uid);
+    let facts = Facts::gather(scene, backoff, record);
+    let mut status = facts.status(scene, record);
+    status.conditions = conditions(&facts, &status, record, before, now);
+    let metadata = Metadata {
+        name: record.name().to_owned(),
+        uid: record.uid.clone(),
+        resource_version: String::new(),
+        generation: record.generation,
+        labels: std::collections::BTreeMap::new(),
+        creation_timestamp: Some(record.created),
+        deletion_timestamp: record.deleted,
+    };
+    object(Kind::System, metadata, record.spec.clone(), status)
+}
+
+/// What the status is made of.
+struct Facts {
+    /// The last plan was made for this generation.
+    planned: bool,
+    /// Steps of the last plan that are not over, while it runs or will at once.
+    pending: bool,
+    /// Differences that the last plan found.
+    differences: usize,
+    /// Why it is not healthy.
+    unhealthy: Vec<String>,
+    /// Something is on its way by itself.
+    settling: bool,
+    active: usize,
+    waiting: Vec<rts_controller_api::objects::Waiting>,
+    progress: Progress,
+}
+
+impl Facts {
+    fn gather(scene: &Scene<'_>, backoff: &Backoff, record: &SystemRecord) -> Self {
+        let world = scene.world;
+        let planned = world.planned.get(&record.uid) == Some(&record.generation);
+        let mine = |system: Option<&str>| system == Some(record.name());
+        let steps: Vec<&Step> = world
+            .plan
+            .steps
+            .iter()
+            .filter(|step| step.system.as_ref().is_some_and(|s| s.uid == record.uid))
+            .collect();
+        let run = world.run.as_ref();
+        let ended = |step: &&&Step| run.is_some_and(|run| run.ended.contains_key(&step.id));
+        let over = steps.iter().filter(ended).count();
+        let mut facts = Self {
+            planned,
+            pending: over < steps.len(),
+            differences: world
+                .plan
+                .changes
+                .iter()
+                .filter(|change| mine(change.system.as_deref()))
+                .count(),
+            unhealthy: Vec::new(),
+            settling: false,
+            active: 0,
+            waiting: waiting::of_system(&scene.reasons, backoff, record),
+            progress: progress(scene, &steps),
+        };
+        facts.look(scene, record);
+        facts
+    }
+
+    /// Looks at components and connectors as observed.
+    fn look(&mut self, scene: &Scene<'_>, record: &SystemRecord) {
+        let found = observed(scene, record);
+        for spec in &record.spec.components {
+            let component = found.iter().find(|(c, _)| c.instance == spec.instance);
+            let state = match component {
+                Some((component, true)) => Some(component.state),
+                _ => None,
+            };
+            if state == Some(LifeCycleState::Active) {
+                self.active += 1;
+            } else if spec.required {
+                let state = state.map_or("not there", super::components::state_name);
+                self.unhealthy.push(format!("{} is {state}", spec.instance));
+            }
+        }
+        for spec in &record.spec.connectors {
+            let state = found
+                .iter()
+                .filter(|(_, known)| *known)
+                .flat_map(|(component, _)| &component.connectors)
+                .find(|connector| connector.name == spec.name)
+                .map(|connector| connector.state);
+            self.settling |= state == Some(ConnectorState::Connecting);
+            if state != Some(ConnectorState::Connected) {
+                let state = match state {
+                    Some(ConnectorState::Connecting) => "Connecting",
+                    _ => "not connected",
+                };
+                self.unhealthy.push(format!("{} is {state}", spec.name));
+            }
+        }
+    }
+
+    fn status(&self, scene: &Scene<'_>, record: &SystemRecord) -> SystemStatus {
+        let silent = record.nodes.iter().any(|node| {
+            !matches!(
+                scene.world.observed.nodes.get(node),
+                Some(NodeObserved::Known(_))
+            )
+        });
+        let held = scene
+            .world
+            .plan
+            .waiting_on
+            .iter()
+            .any(|w| self.waiting.iter().any(|mine| mine.target == w.target));
+        let synced = self.planned && self.differences == 0 && !silent && !held;
+        let healthy = self.unhealthy.is_empty();
+        let phase = if record.deleted.is_some() {
+            Phase::Terminating
+        } else if self.pending || !self.planned {
+            Phase::Progressing
+        } else if !self.waiting.is_empty() {
+            Phase::Degraded
+        } else if synced && healthy {
+            Phase::Converged
+        } else if self.settling || !synced {
+            Phase::Progressing
+        } else {
+            Phase::Degraded
+        };
+        let placed = &scene.world.placed;
+        SystemStatus {
+            observed_generation: scene.world.planned.get(&record.uid).copied().unwrap_or(0),
+            phase,
+            synced,
+            healthy,
+            conditions: Vec::new(),
+            progress: self.progress.clone(),
+            waiting_on: self.waiting.clone(),
+            notes: placed.notes.get(record.name()).cloned().unwrap_or_default(),
+            drift: drift(scene, record),
+            components: count(record.spec.components.len()),
+            active: count(self.active),
+        }
+    }
+}
+
+/// Observed components of a system, and whether that is certain.
+fn observed<'a>(
+    scene: &Scene<'a>,
+    record: &SystemRecord,
+) -> Vec<(&'a ComponentObserved, bool)> {
+    let mut found = Vec::new();
+    for (inventory, known) in scene.inventories.values() {
+        for manager in &inventory.managers {
+            let known = *known && manager.responsive;
+            let components = manager.components.iter();
+            let mine = components
+                .filter(|c| c.system.as_ref().is_some_and(|s| s.uid == record.uid));
+            found.extend(mine.map(|component| (component, known)));
+        }
+    }
+    found
+}
+
+fn progress(scene: &Scene<'_>, steps: &[&Step]) -> Progress {
+    let Some(run) = &scene.world.run else {
+        return Progress {
+            done: 0,
+            total: count(steps.len()),
+            running: Vec::new(),
+        };
+    };
+    let done = steps
+        .iter()
+        .filter(|step| run.ended.get(&step.id) == Some(&StepOutcome::Succeeded));
+    let running = steps.iter().filter(|step| run.running.contains(&step.id));
+    Progress {
+        done: count(done.count()),
+        total: count(steps.len()),
+        running: running
+            .take(RUNNING)
+            .map(|step| format!("{} {}", step.work.kind(), step.target))
+            .collect(),
+    }
+}
+
+/// What runs in this system's managers or on its nodes and is in no spec.
+fn drift(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
+    let mut drift = Vec::new();
+    for (node, (inventory, _)) in &scene.inventories {
+        for manager in &inventory.managers {
+            let mine = manager.key.system.as_ref().is_some_and(|s| s.uid == record.uid);
+            for component in manager.components.iter().filter(|c| mine && c.system.is_none()) {
+                drift.push(format!(
+                    "{} ({}) was made by hand in manager {} on node {node}",
+                    component.instance,
+                    component.type_name,
+                    manager.key.display_name()
+                ));
+            }
+        }
+    }
+    drift
+}
+
+fn conditions(
+    facts: &Facts,
+    status: &SystemStatus,
+    record: &SystemRecord,
+    before: Option<&System>,
+    now: Timestamp,
+) -> Vec<Condition> {
+    let first_wait = facts.waiting.first();
+    let waits = first_wait.map_or_else(String::new, |w| format!("{}: {}", w.target, w.reason));
+    let progressing = matches!(status.phase, Phase::Progressing | Phase::Terminating);
+    let synced = match (status.synced, facts.planned) {
+        (true, _) => ("UpToDate", "everything is as written".to_owned()),
+        (false, false) => ("NotPlanned", "this generation is not planned yet".to_owned()),
+        (false, true) if !waits.is_empty() => ("Waiting", waits.clone()),
+        (false, true) => ("Differs", format!("{} changes to make", facts.differences)),
+    };
+    let healthy = match facts.unhealthy.first() {
+        None => ("AllActive", "every required component is Active and every connector Connected".to_owned()),
+        Some(first) if facts.unhealthy.len() == 1 => ("NotHealthy", first.clone()),
+        Some(first) => (
+            "NotHealthy",
+            format!("{first}, and {} more", facts.unhealthy.len() - 1),
+        ),
+    };
+    let moving = match status.phase {
+        Phase::Terminating => ("Terminating", "being taken down".to_owned()),
+        Phase::Progressing => (
+            "StepsToDo",
+            format!("{} of {} steps done", status.progress.done, status.progress.total),
+        ),
+        Phase::Converged => ("Converged", "nothing is left to do".to_owned()),
+        Phase::Degraded => ("Waiting", waits),
+    };
+    [
+        ("Synced", status.synced, synced),
+        ("Healthy", status.healthy, healthy),
+        ("Progressing", progressing, moving),
+    ]
+    .into_iter()
+    .map(|(kind, value, (reason, message))| {
+        let value = if value { "True" } else { "False" };
+        let old = before
+            .and_then(|before| before.status.conditions.iter().find(|c| c.kind == kind))
+            .filter(|old| old.status == value);
+        Condition {
+            kind: kind.to_owned(),
+            status: value.to_owned(),
+            reason: reason.to_owned(),
+            message,
+            last_transition_time: old.map_or(now, |old| old.last_transition_time),
+            observed_generation: record.generation,
+        }
+    })
+    .collect()
+}
+
+fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,209 @@
+//! When a target that failed is tried again: 0.5 s, doubling to 60 s, ±20 %; forgotten after ten healthy minutes.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use jiff::{SignedDuration, Timestamp};
+use rts_plan::plan::Blocked;
+use tokio::time::Instant;
+
+use crate::clock::Chance;
+
+/// Delay after the first failure.
+pub const FIRST: Duration = Duration::from_millis(500);
+/// Longest delay before jitter.
+pub const LONGEST: Duration = Duration::from_secs(60);
+/// Share of the delay by which it is changed at most, either way.
+pub const JITTER: f64 = 0.2;
+/// After this long without a failure a target's tries are forgotten.
+const HEALTHY: Duration = Duration::from_secs(600);
+
+/// Delay after the `tries`th failure; `chance` is in 0.0..1.0.
+pub fn delay(tries: u32, chance: f64) -> Duration {
+    // 2^7 × 0.5 s is above the cap already: a larger exponent would only overflow.
+    let doublings = tries.saturating_sub(1).min(7);
+    let plain = FIRST.saturating_mul(1 << doublings).min(LONGEST);
+    plain.mul_f64(1.0 + JITTER * (2.0 * chance.clamp(0.0, 1.0) - 1.0))
+}
+
+/// Targets that failed.
+#[derive(Debug, Default)]
+pub struct Backoff {
+    targets: BTreeMap<String, Entry>,
+}
+
+/// A target that failed.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// System that it belongs to.
+    pub system: Option<String>,
+    /// Failures so far.
+    pub tries: u32,
+    /// Of the last failure.
+    pub reason: String,
+    /// Not before this; none once it has succeeded since.
+    until: Option<Instant>,
+    /// The same on the wall, for display.
+    pub next_try: Timestamp,
+    healthy_since: Option<Instant>,
+}
+
+impl Entry {
+    /// True while it must not be tried.
+    pub fn blocks(&self, now: Instant) -> bool {
+        self.until.is_some_and(|until| until > now)
+    }
+
+    /// True when its last try failed.
+    pub fn failing(&self) -> bool {
+        self.until.is_some()
+    }
+}
+
+impl Backoff {
+    /// A target failed; gives the delay until it may be tried again.
+    pub fn failed(
+        &mut self,
+        target: &str,
+        system: Option<&str>,
+        reason: &str,
+        rng: &dyn Chance,
+        wall: Timestamp,
+    ) -> Duration {
+        let tries = self.targets.get(target).map_or(0, |entry| entry.tries);
+        let tries = tries.saturating_add(1);
+        let delay = delay(tries, rng.unit());
+        let entry = Entry {
+            system: system.map(str::to_owned),
+            tries,
+            reason: reason.to_owned(),
+            until: Some(Instant::now() + delay),
+            next_try: wall
+                .checked_add(SignedDuration::try_from(delay).unwrap_or_default())
+                .unwrap_or(wall),
+            healthy_since: None,
+        };
+        self.targets.insert(target.to_owned(), entry);
+        delay
+    }
+
+    /// A target's steps succeeded: it is free; its tries count on until it was healthy for a while.
+    pub fn succeeded(&mut self, target: &str) {
+        if let Some(entry) = self.targets.get_mut(target) {
+            entry.until = None;
+            entry.healthy_since = Some(Instant::now());
+        }
+    }
+
+    /// A new generation of a system starts without memories.
+    pub fn forget_system(&mut self, system: &str) {
+        self.targets
+            .retain(|_, entry| entry.system.as_deref() != Some(system));
+    }
+
+    /// Forgets what has been healthy long enough, and what is due and no longer wanted.
+    pub fn tidy(&mut self) {
+        let now = Instant::now();
+        self.targets.retain(|_, entry| {
+            let healthy = entry
+                .healthy_since
+                .is_some_and(|since| now.duration_since(since) >= HEALTHY);
+            let stale = entry.until.is_some_and(|until| until + HEALTHY <= now);
+            !healthy && !stale
+        });
+    }
+
+    /// What a plan must leave alone now.
+    pub fn blocked(&self) -> Blocked {
+        let now = Instant::now();
+        let blocking = self.targets.iter().filter(|(_, entry)| entry.blocks(now));
+        blocking
+            .map(|(target, entry)| (target.clone(), entry.reason.clone()))
+            .collect()
+    }
+
+    /// The next time at which something may be tried again.
+    pub fn next(&self) -> Option<Instant> {
+        let now = Instant::now();
+        let entries = self.targets.values();
+        entries.filter_map(|e| e.until.filter(|u| *u > now)).min()
+    }
+
+    /// What is known of a target.
+    pub fn get(&self, target: &str) -> Option<&Entry> {
+        self.targets.get(target)
+    }
+
+    /// All targets that failed at their last try.
+    pub fn failing(&self) -> impl Iterator<Item = (&String, &Entry)> {
+        self.targets.iter().filter(|(_, entry)| entry.failing())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    struct Half;
+
+    impl Chance for Half {
+        fn unit(&self) -> f64 {
+            0.5
+        }
+
+        fn uuid(&self) -> String {
+            String::new()
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_delay_is_never_zero_and_never_above_the_cap(tries: u32, chance in 0.0..=1.0f64) {
+            let delay = delay(tries, chance);
+            prop_assert!(delay >= FIRST.mul_f64(1.0 - JITTER));
+            prop_assert!(delay <= LONGEST.mul_f64(1.0 + JITTER));
+        }
+
+        #[test]
+        fn a_later_try_waits_at_least_as_long(tries in 0..u32::MAX, chance in 0.0..=1.0f64) {
+            prop_assert!(delay(tries + 1, chance) >= delay(tries, chance));
+        }
+    }
+
+    #[test]
+    fn delays_double_to_a_minute() {
+        let plain: Vec<_> = [1, 2, 3, 7, 8, 64, u32::MAX]
+            .map(|tries| delay(tries, 0.5).as_millis())
+            .to_vec();
+        assert_eq!(plain, [500, 1000, 2000, 32000, 60000, 60000, 60000]);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn tries_count_on_after_a_success_and_are_forgotten_after_ten_minutes() {
+        let mut backoff = Backoff::default();
+        let wall = Timestamp::UNIX_EPOCH;
+        backoff.failed("component/A0", Some("s"), "no", &Half, wall);
+        assert_eq!(backoff.blocked()["component/A0"], "no");
+        tokio::time::advance(Duration::from_millis(501)).await;
+        assert!(backoff.blocked().is_empty());
+        let again = backoff.failed("component/A0", Some("s"), "no", &Half, wall);
+        assert_eq!(again, Duration::from_secs(1));
+        backoff.succeeded("component/A0");
+        assert!(backoff.blocked().is_empty() && backoff.next().is_none());
+        tokio::time::advance(HEALTHY).await;
+        backoff.tidy();
+        assert!(backoff.get("component/A0").is_none());
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_new_generation_frees_only_its_system() {
+        let mut backoff = Backoff::default();
+        for (target, system) in [("component/A0", "a"), ("component/B0", "b")] {
+            backoff.failed(target, Some(system), "no", &Half, Timestamp::UNIX_EPOCH);
+        }
+        backoff.forget_system("a");
+        assert_eq!(backoff.blocked().len(), 1);
+    }
+}

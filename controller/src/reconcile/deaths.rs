@@ -1,0 +1,76 @@
+//! Delays the restart of what ends by itself: a process that was started not long ago and is gone, a component that
+//! is in Error again soon after it was activated.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rts_plan::observed::{NodeObserved, Observed};
+use rts_plan::plan::{Plan, Step, Work};
+use tokio::time::Instant;
+
+use crate::core::Core;
+use crate::view::Happening;
+
+/// A target that lived longer than this starts without delay.
+const YOUNG: Duration = Duration::from_secs(600);
+
+/// When each target was last brought up, while nobody took it down.
+#[derive(Debug, Default)]
+pub struct Deaths {
+    up: BTreeMap<(String, String), Instant>,
+}
+
+impl Deaths {
+    /// A step succeeded.
+    pub fn succeeded(&mut self, step: &Step) {
+        let key = (step.node.clone(), step.target.clone());
+        match step.work {
+            Work::StartManager { .. } | Work::Activate { .. } => {
+                self.up.insert(key, Instant::now());
+            }
+            Work::StopManager { .. } | Work::Deactivate { .. } | Work::Delete { .. } => {
+                self.up.remove(&key);
+            }
+            _ => {}
+        }
+        self.up.retain(|_, at| at.elapsed() < YOUNG);
+    }
+
+    /// Counts what a plan would bring up again although it was brought up not long ago. True when there is any.
+    pub fn count(&mut self, core: &Core, plan: &Plan, observed: &Observed) -> bool {
+        let mut any = false;
+        for step in &plan.steps {
+            let reason = match &step.work {
+                Work::StartManager { manager } if !is_there(observed, &step.node, manager) => {
+                    "its process ended by itself"
+                }
+                Work::Reset { .. } => "it went to Error soon after it was activated",
+                _ => continue,
+            };
+            let key = (step.node.clone(), step.target.clone());
+            let Some(at) = self.up.remove(&key) else {
+                continue;
+            };
+            if at.elapsed() >= YOUNG {
+                continue;
+            }
+            any = true;
+            let system = step.system.as_ref().map(|s| s.name.as_str());
+            let rng = core.rng.as_ref();
+            let now = core.clock.now();
+            let delay = core
+                .backoff()
+                .failed(&step.target, system, reason, rng, now);
+            let message = format!("{reason}; started again in {:.1} s", delay.as_secs_f64());
+            core.record(Happening::warning("BackOff", &step.target, message).of(system));
+        }
+        any
+    }
+}
+
+fn is_there(observed: &Observed, node: &str, key: &rts_plan::desired::ManagerKey) -> bool {
+    match observed.nodes.get(node) {
+        Some(NodeObserved::Known(inventory)) => inventory.managers.iter().any(|m| m.key == *key),
+        _ => true,
+    }
+}

@@ -1,0 +1,156 @@
+//! Gives every node its whole NodeSpec before any step: with a generation that is durable before it is sent.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures_util::future::join_all;
+use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_plan::Placed;
+use rts_plan::desired::{Desired, NodeSpec};
+
+use crate::core::Core;
+use crate::fleet::Agent;
+
+/// Time for an agent to store a NodeSpec.
+const DEADLINE: Duration = Duration::from_secs(5);
+
+/// What each agent is known to have stored.
+pub struct NodeSpecs {
+    core: Arc<Core>,
+    /// Node → session and generation that its agent acknowledged.
+    acked: BTreeMap<String, (String, u64)>,
+}
+
+struct Sending {
+    node: String,
+    session: String,
+    agent: Arc<dyn Agent>,
+    envelope: NodeSpecEnvelope,
+}
+
+impl NodeSpecs {
+    /// Nothing is known yet.
+    pub fn new(core: Arc<Core>) -> Self {
+        Self {
+            core,
+            acked: BTreeMap::new(),
+        }
+    }
+
+    /// The generation that an agent's ledger holds, when that is the newest.
+    pub fn acked(&self, node: &str, session: &str) -> Option<u64> {
+        let (by, generation) = self.acked.get(node)?;
+        let newest = self.core.registry().nodes.get(node)?.generation;
+        (by == session && *generation == newest).then_some(*generation)
+    }
+
+    /// Remembers, durably, on which nodes each system runs, before anything is sent there.
+    pub async fn note_nodes(&self, placed: &Placed) {
+        let mut changed = Vec::new();
+        {
+            let registry = self.core.registry();
+            for record in registry.systems.values() {
+                let nodes = placed.desired.nodes.iter();
+                let now: Vec<&String> = nodes
+                    .filter(|(_, spec)| spec.systems.iter().any(|p| p.system.uid == record.uid))
+                    .map(|(node, _)| node)
+                    .collect();
+                if now.iter().any(|node| !record.nodes.contains(*node)) {
+                    let mut record = record.clone();
+                    record.nodes.extend(now.into_iter().cloned());
+                    changed.push(record);
+                }
+            }
+        }
+        for record in changed {
+            let _admission = self.core.admission.lock().await;
+            let present = self.core.registry().systems.get(record.name()).cloned();
+            // It may have been changed or removed meanwhile; then the next round sees it.
+            let Some(mut present) = present.filter(|p| p.uid == record.uid) else {
+                continue;
+            };
+            present.nodes.extend(record.nodes);
+            if let Err(e) = self.core.store_system(present).await {
+                tracing::error!(error = %crate::chain(&e), "a system's nodes cannot be stored");
+            }
+        }
+    }
+
+    /// Sends what is not acknowledged yet. Gives the nodes that did not take theirs, and why.
+    pub async fn send(&mut self, desired: &Desired) -> BTreeMap<String, String> {
+        let mut faults = BTreeMap::new();
+        let mut sendings = Vec::new();
+        for (node, spec) in &desired.nodes {
+            match self.prepare(node, spec).await {
+                Ok(sending) => sendings.extend(sending),
+                Err(reason) => drop(faults.insert(node.clone(), reason)),
+            }
+        }
+        let answers = join_all(sendings.into_iter().map(|sending| async move {
+            let put = sending.agent.put_node_spec(&sending.envelope);
+            let answer = match tokio::time::timeout(DEADLINE, put).await {
+                Ok(Ok(_)) => Ok(()),
+                Ok(Err(e)) => Err(format!("its agent refused the node's spec: {e}")),
+                Err(_) => Err(format!(
+                    "its agent did not store the node's spec within {} s",
+                    DEADLINE.as_secs()
+                )),
+            };
+            (sending, answer)
+        }))
+        .await;
+        for (sending, answer) in answers {
+            match answer {
+                Ok(()) => {
+                    let acked = (sending.session, sending.envelope.generation);
+                    self.acked.insert(sending.node, acked);
+                }
+                Err(reason) => {
+                    tracing::warn!(node = sending.node, reason, "node spec not stored");
+                    faults.insert(sending.node, reason);
+                }
+            }
+        }
+        faults
+    }
+
+    /// What is to be sent to a node; nothing when it has it, cannot be reached, or never ran anything.
+    async fn prepare(&self, node: &str, spec: &NodeSpec) -> Result<Option<Sending>, String> {
+        let stored = self.core.registry().nodes.get(node).cloned();
+        if stored.is_none() && spec.systems.is_empty() {
+            return Ok(None);
+        }
+        let digest = rts_plan::digest(spec);
+        let mut generation = stored.unwrap_or_default();
+        if generation.digest != digest {
+            generation.generation += 1;
+            generation.digest.clone_from(&digest);
+            let store = &self.core.store;
+            store
+                .put_node(node.to_owned(), generation.clone())
+                .await
+                .map_err(|e| crate::chain(&e))?;
+            let mut registry = self.core.registry();
+            registry.nodes.insert(node.to_owned(), generation.clone());
+        }
+        let Some(entry) = self.core.sessions.get(node).filter(|entry| !entry.lost) else {
+            return Ok(None);
+        };
+        if self.acked(node, &entry.session.id).is_some() {
+            return Ok(None);
+        }
+        Ok(Some(Sending {
+            node: node.to_owned(),
+            session: entry.session.id,
+            agent: entry.session.agent,
+            envelope: NodeSpecEnvelope {
+                cluster_uid: self.core.cluster_uid.clone(),
+                epoch: self.core.epoch,
+                generation: generation.generation,
+                digest,
+                spec: spec.clone(),
+            },
+        }))
+    }
+}

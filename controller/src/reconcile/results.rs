@@ -1,0 +1,87 @@
+//! What the results of steps mean: events, metrics, back-off.
+
+use std::collections::BTreeSet;
+
+use rts_agent_api::messages::StepOutcome;
+use rts_plan::plan::{Plan, Step, StepId, Work};
+
+use super::deaths::Deaths;
+use crate::core::Core;
+use crate::execute::Progress;
+use crate::view::Happening;
+
+/// Steps whose end was taken in.
+#[derive(Debug, Default)]
+pub struct Told {
+    steps: BTreeSet<StepId>,
+}
+
+impl Told {
+    /// Takes in what ended since the last call.
+    pub fn take(&mut self, core: &Core, plan: &Plan, progress: &Progress, deaths: &mut Deaths) {
+        for step in &plan.steps {
+            if let Some(outcome) = progress.ended.get(&step.id)
+                && self.steps.insert(step.id)
+            {
+                take_one(core, step, outcome, deaths);
+            }
+        }
+    }
+}
+
+fn take_one(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths) {
+    let kind = step.work.kind();
+    match outcome {
+        StepOutcome::Succeeded => {
+            core.metrics.step(kind, "succeeded");
+            core.backoff().succeeded(&step.target);
+            deaths.succeeded(step);
+            if let Some(event) = success(step) {
+                core.record(event);
+            }
+        }
+        StepOutcome::Failed { reason } => {
+            core.metrics.step(kind, "failed");
+            let system = step.system.as_ref().map(|s| s.name.as_str());
+            let now = core.clock.now();
+            let rng = core.rng.as_ref();
+            let delay = core
+                .backoff()
+                .failed(&step.target, system, reason, rng, now);
+            tracing::warn!(step = kind, target = step.target, node = step.node, reason, "step failed");
+            let message = format!("{reason}; tried again in {:.1} s", delay.as_secs_f64());
+            let event = Happening::warning(&format!("{kind}Failed"), &step.target, message);
+            core.record(event.of(system));
+        }
+        StepOutcome::Skipped { .. } => core.metrics.step(kind, "skipped"),
+    }
+}
+
+/// The event of a notable step that succeeded.
+fn success(step: &Step) -> Option<Happening> {
+    let node = &step.node;
+    let (reason, message) = match &step.work {
+        Work::StartManager { .. } => ("ManagerStarted", format!("process started on node {node}")),
+        Work::LoadModule { type_name, .. } => ("ModuleLoaded", format!("module of {type_name} loaded")),
+        Work::Create {
+            type_name, manager, ..
+        } => (
+            "Created",
+            format!("{type_name} created in {} on node {node}", manager.display_name()),
+        ),
+        Work::Configure { .. } => ("Configured", step.reason.clone()),
+        Work::Connect { connector } => {
+            let spec = &connector.spec;
+            ("Connected", format!("{} connected to {}", spec.source, spec.target))
+        }
+        Work::Activate { .. } => ("Activated", "is Active".to_owned()),
+        Work::Deactivate { .. } => ("Deactivated", step.reason.clone()),
+        Work::Reset { .. } => ("Reset", "taken out of Error".to_owned()),
+        Work::Disconnect { .. } => ("Disconnected", step.reason.clone()),
+        Work::Delete { .. } => ("Deleted", step.reason.clone()),
+        Work::StopManager { .. } => ("ManagerStopped", step.reason.clone()),
+        Work::Install { .. } | Work::UnloadModule { .. } => return None,
+    };
+    let system = step.system.as_ref().map(|s| s.name.as_str());
+    Some(Happening::normal(reason, &step.target, message).of(system))
+}

@@ -1,0 +1,53 @@
+//! The end of a deletion: a system is forgotten once every node it ever ran on has said that nothing of it is left.
+
+use rts_plan::observed::{NodeObserved, Observed};
+
+use super::node_specs::NodeSpecs;
+use crate::core::Core;
+use crate::store::SystemRecord;
+use crate::view::Happening;
+
+/// Forgets systems that are gone. True when there was one: the nodes' specs change once more.
+pub async fn finish(core: &Core, specs: &NodeSpecs) -> bool {
+    let observed = core.world().observed.clone();
+    let systems = core.registry().systems.clone();
+    let mut any = false;
+    for record in systems.values().filter(|record| record.deleted.is_some()) {
+        if !is_gone(core, specs, &observed, record) {
+            continue;
+        }
+        let name = record.name().to_owned();
+        if let Err(e) = core.store.remove_system(name.clone()).await {
+            tracing::error!(system = name, error = %crate::chain(&e), "a system cannot be removed");
+            continue;
+        }
+        core.registry().systems.remove(&name);
+        core.backoff().forget_system(&name);
+        let event = Happening::normal("Deleted", &format!("system/{name}"), "nothing of it runs");
+        core.record(event.of(Some(&name)));
+        any = true;
+    }
+    if any {
+        core.publish();
+    }
+    any
+}
+
+fn is_gone(core: &Core, specs: &NodeSpecs, observed: &Observed, record: &SystemRecord) -> bool {
+    record.nodes.iter().all(|node| {
+        let stored = core
+            .sessions
+            .get(node)
+            .is_some_and(|entry| specs.acked(node, &entry.session.id).is_some());
+        let empty = match observed.nodes.get(node) {
+            Some(NodeObserved::Known(inventory)) => inventory.managers.iter().all(|manager| {
+                let of = |system: &Option<rts_plan::desired::SystemRef>| {
+                    system.as_ref().is_some_and(|s| s.uid == record.uid)
+                };
+                !of(&manager.key.system) && !manager.components.iter().any(|c| of(&c.system))
+            }),
+            _ => false,
+        };
+        stored && empty
+    })
+}

@@ -1,0 +1,163 @@
+//! The program: from its home to a served socket, and to an orderly end.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
+
+use crate::clock::{Chance, SystemClock, SystemChance};
+use crate::core::{Core, Inputs};
+use crate::fleet::HttpFleet;
+use crate::home::{Home, HomeError};
+use crate::reconcile::Reconciler;
+use crate::store::{RedbStore, StoreError};
+use crate::view::Happening;
+
+/// Time that open requests have once the program is told to end.
+const GRACE: Duration = Duration::from_secs(3);
+/// How often heartbeats are checked when no node is alive.
+const IDLE: Duration = Duration::from_secs(1);
+
+/// Settings.
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// `RTSCTL_HOME`.
+    pub home: PathBuf,
+    /// Name of the local node.
+    pub local_node: String,
+}
+
+/// The controller could not start or serve.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The home.
+    #[error(transparent)]
+    Home(#[from] HomeError),
+    /// The store.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The runtime, a signal handler or the socket.
+    #[error("cannot {what}")]
+    Io {
+        /// What was being tried.
+        what: &'static str,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+/// Runs until SIGTERM or SIGINT. Prints one line about its readiness to stdout.
+pub fn run(config: &Config) -> Result<(), RunError> {
+    let result = start(config);
+    if let Err(Fail::BeforeReady(error)) = &result {
+        say(&serde_json::json!({"ready": false, "error": crate::chain(error)}));
+    }
+    result.map_err(|fail| match fail {
+        Fail::BeforeReady(error) | Fail::Later(error) => error,
+    })
+}
+
+enum Fail {
+    BeforeReady(RunError),
+    Later(RunError),
+}
+
+fn start(config: &Config) -> Result<(), Fail> {
+    let before = |error: RunError| Fail::BeforeReady(error);
+    let home = Home::take(&config.home).map_err(|e| before(e.into()))?;
+    let store = RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
+    let core = Core::load(Inputs {
+        local_node: config.local_node.clone(),
+        clock: Arc::new(SystemClock),
+        rng: Arc::new(SystemChance),
+        fleet: Arc::new(HttpFleet),
+        store: Arc::new(store),
+    })
+    .map_err(|e| before(e.into()))?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|source| before(io("start the event loop", source)))?;
+    let result = runtime.block_on(serve(&home, core));
+    // A request that does not end in time must not keep the program.
+    runtime.shutdown_timeout(GRACE);
+    home.leave();
+    result
+}
+
+async fn serve(home: &Home, core: Arc<Core>) -> Result<(), Fail> {
+    let before = |what| move |source| Fail::BeforeReady(io(what, source));
+    let mut terminate =
+        signal(SignalKind::terminate()).map_err(before("listen for SIGTERM"))?;
+    let mut interrupt =
+        signal(SignalKind::interrupt()).map_err(before("listen for SIGINT"))?;
+    let listener =
+        rts_http::server::bind(&home.socket()).map_err(before("bind the socket"))?;
+    home.announce()
+        .map_err(|e| Fail::BeforeReady(e.into()))?;
+    let (end, ending) = watch::channel(false);
+    tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
+    tokio::spawn(expire_sessions(Arc::clone(&core)));
+    let router = crate::api::router(core, ending.clone());
+    let mut told = ending.clone();
+    let mut server = tokio::spawn(rts_http::server::serve(listener, router, async move {
+        let _ = told.wait_for(|end| *end).await;
+    }));
+    say(&serde_json::json!({"ready": true}));
+    tracing::info!(version = env!("CARGO_PKG_VERSION"), "ready");
+    tokio::select! {
+        _ = terminate.recv() => {}
+        _ = interrupt.recv() => {}
+        ended = &mut server => {
+            let source = match ended {
+                Ok(Err(source)) => source,
+                Ok(Ok(())) => std::io::Error::other("the server ended by itself"),
+                Err(e) => std::io::Error::other(e),
+            };
+            return Err(Fail::Later(io("serve", source)));
+        }
+    }
+    tracing::info!("ending");
+    end.send_replace(true);
+    if tokio::time::timeout(GRACE, server).await.is_err() {
+        tracing::warn!("open requests were cut off");
+    }
+    Ok(())
+}
+
+/// Marks nodes whose heartbeats stopped as unknown, for ever.
+pub async fn expire_sessions(core: Arc<Core>) {
+    let mut changed = core.sessions.subscribe();
+    loop {
+        let (lost, next) = core.sessions.expire();
+        for node in &lost {
+            tracing::warn!(node, "no heartbeat: unknown");
+            let object = format!("node/{node}");
+            let message = "no heartbeat in time: its state is unknown";
+            core.record(Happening::warning("NodeUnknown", &object, message));
+        }
+        if !lost.is_empty() {
+            core.publish();
+            core.wake.notify_one();
+        }
+        let until = next.unwrap_or_else(|| tokio::time::Instant::now() + IDLE);
+        tokio::select! {
+            () = tokio::time::sleep_until(until) => {}
+            _ = changed.changed() => {}
+        }
+    }
+}
+
+fn io(what: &'static str, source: std::io::Error) -> RunError {
+    RunError::Io { what, source }
+}
+
+/// One line of JSON to stdout. Whoever started us may have gone; that is no reason to stop.
+fn say(line: &serde_json::Value) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}

@@ -1,0 +1,177 @@
+//! One agent.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use rts_agent_api::messages::{
+    Batch, GateReport, ModuleFile, ModuleResolution, NodeSpecEnvelope, NodeSpecReceipt,
+};
+use rts_agent_api::{AgentApi, BatchEvents, ClientError};
+use rts_http::problem::Problem;
+use rts_plan::observed::{Inventory, ManagerObserved};
+use tokio::sync::watch;
+
+use super::carry_out;
+
+/// An agent and its node.
+pub struct FakeAgent {
+    pub node: String,
+    pub state: Mutex<State>,
+    /// Gates and the newest generation, for batches that run.
+    pub news: watch::Sender<News>,
+}
+
+#[derive(Default)]
+pub struct State {
+    pub revision: u64,
+    pub managers: Vec<ManagerObserved>,
+    pub spec: Option<NodeSpecEnvelope>,
+    pub types: BTreeSet<String>,
+    /// `KIND target` → times it fails yet.
+    pub failing: BTreeMap<String, u32>,
+    pub silent: bool,
+    pub step_time: Duration,
+    /// Steps that were carried out, as `KIND target`.
+    pub done: Vec<String>,
+    pub incarnations: u64,
+}
+
+#[derive(Default, Clone)]
+pub struct News {
+    pub generation: u64,
+    pub succeeded: BTreeSet<u32>,
+    pub failed: BTreeSet<u32>,
+}
+
+pub struct Handle(pub Arc<FakeAgent>);
+
+impl FakeAgent {
+    pub fn new(node: &str, types: &[&str]) -> Self {
+        let state = State {
+            revision: 1,
+            types: types.iter().map(|t| (*t).to_owned()).collect(),
+            ..State::default()
+        };
+        Self {
+            node: node.into(),
+            state: Mutex::new(state),
+            news: watch::Sender::default(),
+        }
+    }
+
+    pub fn fail(&self, step: &str, times: u32) {
+        self.state.lock().unwrap().failing.insert(step.into(), times);
+    }
+
+    pub fn silence(&self, silent: bool) {
+        self.state.lock().unwrap().silent = silent;
+    }
+
+    pub fn is_silent(&self) -> bool {
+        self.state.lock().unwrap().silent
+    }
+
+    pub fn revision(&self) -> u64 {
+        self.state.lock().unwrap().revision
+    }
+
+    pub fn slow(&self, time: Duration) {
+        self.state.lock().unwrap().step_time = time;
+    }
+
+    pub fn take_done(&self) -> Vec<String> {
+        std::mem::take(&mut self.state.lock().unwrap().done)
+    }
+
+    /// A process dies.
+    pub fn kill(&self, manager: &str) {
+        let mut state = self.state.lock().unwrap();
+        state.revision += 1;
+        state.managers.retain(|m| m.key.display_name() != manager);
+    }
+
+    /// A counter goes up, and nothing else.
+    pub fn count(&self) {
+        let mut state = self.state.lock().unwrap();
+        for manager in &mut state.managers {
+            for component in &mut manager.components {
+                component.executions += 1;
+            }
+        }
+    }
+
+    pub fn inventory_now(&self) -> Inventory {
+        let state = self.state.lock().unwrap();
+        Inventory {
+            node: self.node.clone(),
+            revision: state.revision,
+            managers: state.managers.clone(),
+        }
+    }
+
+    async fn answer(&self) {
+        if self.is_silent() {
+            std::future::pending::<()>().await;
+        }
+        tokio::task::yield_now().await;
+    }
+}
+
+impl AgentApi for Handle {
+    async fn inventory(&self) -> Result<Inventory, ClientError> {
+        self.0.answer().await;
+        Ok(self.0.inventory_now())
+    }
+
+    async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {
+        self.0.answer().await;
+        let mut state = self.0.state.lock().unwrap();
+        assert_eq!(spec.digest, rts_plan::digest(&spec.spec));
+        if let Some(old) = &state.spec {
+            let same = old.generation == spec.generation && old.digest != spec.digest;
+            if old.cluster_uid != spec.cluster_uid || old.generation > spec.generation || same {
+                return Err(Problem::conflict("stale", "the ledger knows a newer spec").into());
+            }
+        }
+        let changed = state.spec.as_ref() != Some(spec);
+        state.spec = Some(spec.clone());
+        self.0.news.send_modify(|news| news.generation = spec.generation);
+        Ok(NodeSpecReceipt {
+            generation: spec.generation,
+            changed,
+        })
+    }
+
+    async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {
+        self.0.answer().await;
+        let held = self.0.state.lock().unwrap().spec.as_ref().map(|s| s.generation);
+        if held != Some(batch.generation) {
+            return Err(Problem::conflict("stale", "the batch is of another generation").into());
+        }
+        Ok(carry_out::batch(Arc::clone(&self.0), batch.clone()))
+    }
+
+    async fn release(&self, _: &str, gates: &GateReport) -> Result<(), ClientError> {
+        self.0.answer().await;
+        self.0.news.send_modify(|news| {
+            news.succeeded.extend(&gates.succeeded);
+            news.failed.extend(&gates.failed);
+        });
+        Ok(())
+    }
+
+    async fn resolve_modules(&self, types: &[String]) -> Result<Vec<ModuleResolution>, ClientError> {
+        self.0.answer().await;
+        let state = self.0.state.lock().unwrap();
+        let resolve = |name: &String| ModuleResolution {
+            type_name: name.clone(),
+            module: state.types.contains(name).then(|| ModuleFile {
+                path: format!("/modules/{name}.so"),
+                digest: format!("digest-of-{name}"),
+            }),
+            searched: vec![format!("/modules/lib{name}.so"), format!("/modules/{name}.so")],
+        };
+        Ok(types.iter().map(resolve).collect())
+    }
+}

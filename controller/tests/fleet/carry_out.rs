@@ -1,0 +1,220 @@
+//! Carries steps out on the little world.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rts_agent_api::BatchEvents;
+use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
+use rts_plan::desired::ManagerKey;
+use rts_plan::observed::{
+    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
+};
+use rts_plan::plan::{Step, Work};
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::UnboundedReceiverStream;
+
+use super::agent::{FakeAgent, State};
+
+/// Runs a batch; the stream may be dropped without ending it.
+pub fn batch(agent: Arc<FakeAgent>, batch: Batch) -> BatchEvents {
+    let (tell, told) = mpsc::unbounded_channel();
+    tokio::spawn(async move {
+        let _ = tell.send(Ok(BatchEvent::Accepted {
+            api_version: "rtsctl.dev/v1".into(),
+            plan_id: batch.plan_id.clone(),
+        }));
+        let mut outcomes: BTreeMap<u32, bool> = BTreeMap::new();
+        let own: BTreeSet<u32> = batch.steps.iter().map(|s| s.id).collect();
+        for step in &batch.steps {
+            let outcome = match ready(&agent, &batch, step, &own, &outcomes).await {
+                Ok(()) => {
+                    let _ = tell.send(Ok(BatchEvent::Started { step: step.id }));
+                    let time = agent.state.lock().unwrap().step_time;
+                    tokio::time::sleep(time).await;
+                    perform(&agent, step)
+                }
+                Err(outcome) => outcome,
+            };
+            outcomes.insert(step.id, outcome == StepOutcome::Succeeded);
+            let _ = tell.send(Ok(BatchEvent::Finished {
+                step: step.id,
+                outcome,
+                micros: 1,
+            }));
+        }
+        let _ = tell.send(Ok(BatchEvent::End));
+    });
+    Box::pin(UnboundedReceiverStream::new(told))
+}
+
+async fn ready(
+    agent: &FakeAgent,
+    batch: &Batch,
+    step: &Step,
+    own: &BTreeSet<u32>,
+    outcomes: &BTreeMap<u32, bool>,
+) -> Result<(), StepOutcome> {
+    let skipped = |because_of, reason: &str| StepOutcome::Skipped {
+        because_of,
+        reason: reason.into(),
+    };
+    let mut news = agent.news.subscribe();
+    for need in &step.needs {
+        if own.contains(need) {
+            if !outcomes.get(need).copied().unwrap_or(false) {
+                return Err(skipped(Some(*need), "a need failed"));
+            }
+            continue;
+        }
+        let gate = news.wait_for(|news| news.succeeded.contains(need) || news.failed.contains(need));
+        let failed = gate.await.unwrap().failed.contains(need);
+        if failed {
+            return Err(skipped(Some(*need), "a gate failed"));
+        }
+    }
+    if news.borrow().generation > batch.generation {
+        return Err(skipped(None, "cancelled by a newer spec"));
+    }
+    Ok(())
+}
+
+fn perform(agent: &FakeAgent, step: &Step) -> StepOutcome {
+    let mut state = agent.state.lock().unwrap();
+    let name = format!("{} {}", step.work.kind(), step.target);
+    if let Some(left) = state.failing.get_mut(&name).filter(|left| **left > 0) {
+        *left -= 1;
+        let reason = format!("{name} was told to fail");
+        return StepOutcome::Failed { reason };
+    }
+    state.done.push(name);
+    state.revision += 1;
+    change(&mut state, step);
+    StepOutcome::Succeeded
+}
+
+fn change(state: &mut State, step: &Step) {
+    state.incarnations += 1;
+    let incarnation = format!("inc-{}", state.incarnations);
+    match step.work.clone() {
+        Work::Install { .. } => {}
+        Work::StartManager { manager } => state.managers.push(ManagerObserved {
+            key: manager,
+            pid: 100 + u32::try_from(state.incarnations).unwrap(),
+            incarnation,
+            started: "2027-01-15T08:00:00Z".into(),
+            responsive: true,
+            modules: BTreeSet::new(),
+            components: Vec::new(),
+        }),
+        Work::LoadModule {
+            manager, type_name, ..
+        } => {
+            at(state, &manager).modules.insert(type_name);
+        }
+        Work::UnloadModule { manager, type_name } => {
+            at(state, &manager).modules.remove(&type_name);
+        }
+        Work::Create {
+            manager,
+            instance,
+            type_name,
+            recreate_hash,
+            configuration,
+            execution_kind,
+            rate,
+        } => at(state, &manager).components.push(ComponentObserved {
+            instance,
+            type_name,
+            system: step.system.clone(),
+            incarnation,
+            recreate_hash,
+            state: LifeCycleState::Inactive,
+            message: None,
+            restarts: 0,
+            created: "2027-01-15T08:00:00Z".into(),
+            configuration,
+            execution_kind,
+            rate: rate.unwrap_or(1000.0),
+            executions: 0,
+            ports: Vec::new(),
+            connectors: Vec::new(),
+        }),
+        Work::Configure {
+            manager,
+            instance,
+            configuration,
+            rate,
+        } => {
+            let component = component(state, &manager, &instance);
+            if let Some(rate) = rate {
+                component.rate = rate;
+            }
+            if configuration.active.is_some() {
+                component.configuration.active = configuration.active;
+            }
+            for (set, values) in configuration.sets {
+                component.configuration.sets.entry(set).or_default().extend(values);
+            }
+        }
+        Work::Connect { connector } => {
+            let target_incarnation = incarnation_of(state, &connector.spec.target.instance);
+            let connection = ConnectorObserved {
+                name: connector.spec.name.clone(),
+                source: connector.spec.source.clone(),
+                target: connector.spec.target.clone(),
+                target_incarnation,
+                properties: connector.spec.properties.clone(),
+                state: ConnectorState::Connected,
+                transport: "direct".into(),
+                samples_sent: 0,
+                samples_received: 0,
+                bytes: 0,
+                drops: 0,
+            };
+            let source = &connector.spec.source.instance;
+            let mut components = state.managers.iter_mut().flat_map(|m| &mut m.components);
+            let owner = components.find(|c| c.instance == *source).unwrap();
+            owner.connectors.retain(|c| c.name != connection.name);
+            owner.connectors.push(connection);
+        }
+        Work::Activate { manager, instance } => {
+            component(state, &manager, &instance).state = LifeCycleState::Active;
+        }
+        Work::Deactivate { manager, instance } | Work::Reset { manager, instance } => {
+            component(state, &manager, &instance).state = LifeCycleState::Inactive;
+        }
+        Work::Disconnect {
+            manager,
+            instance,
+            connector,
+        } => {
+            let component = component(state, &manager, &instance);
+            component.connectors.retain(|c| c.name != connector);
+        }
+        Work::Delete { manager, instance } => {
+            at(state, &manager).components.retain(|c| c.instance != instance);
+        }
+        Work::StopManager { manager, .. } => state.managers.retain(|m| m.key != manager),
+    }
+}
+
+fn at<'a>(state: &'a mut State, key: &ManagerKey) -> &'a mut ManagerObserved {
+    state.managers.iter_mut().find(|m| m.key == *key).unwrap()
+}
+
+fn component<'a>(
+    state: &'a mut State,
+    key: &ManagerKey,
+    instance: &str,
+) -> &'a mut ComponentObserved {
+    let components = &mut at(state, key).components;
+    components.iter_mut().find(|c| c.instance == instance).unwrap()
+}
+
+/// Of a component on this node; other nodes' have one that the planner takes for granted.
+fn incarnation_of(state: &State, instance: &str) -> String {
+    let mut components = state.managers.iter().flat_map(|m| &m.components);
+    components
+        .find(|c| c.instance == instance)
+        .map_or_else(|| "inc-elsewhere".into(), |c| c.incarnation.clone())
+}

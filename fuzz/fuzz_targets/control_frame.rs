@@ -1,0 +1,24 @@
+//! Any bytes as frames of the control protocol.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rts_manager_api::control::{FromManager, Greeting, Request};
+use rts_manager_api::frame;
+use serde::{Serialize, de::DeserializeOwned};
+
+fuzz_target!(|bytes: &[u8]| {
+    all::<Greeting>(bytes);
+    all::<Request>(bytes);
+    all::<FromManager>(bytes);
+});
+
+/// Reads frames to the end; what was read must be readable again after it is written.
+fn all<T: Serialize + DeserializeOwned>(bytes: &[u8]) {
+    let mut rest = bytes;
+    while let Ok(value) = frame::read::<T>(&mut rest) {
+        if let Ok(again) = frame::encode(&value) {
+            assert!(frame::read::<T>(&mut &again[..]).is_ok());
+        }
+    }
+    let _ = frame::decode::<T>(bytes);
+}

@@ -1,0 +1,28 @@
+//! Any bytes as a profile: read, check, lower, render.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rts_schemas::diagnostic::{Report, render};
+use rts_schemas::rts_profile::{LowerOptions, load, lower, read};
+use rts_schemas::system::SystemSpec;
+
+fuzz_target!(|bytes: &[u8]| {
+    let judged = load("system.xml", bytes, Some("name"), &[]);
+    match &judged {
+        Ok((spec, _)) => {
+            // What the checks let pass is a sound system, and travels over the API unchanged.
+            assert_eq!(rts_schemas::check::spec(spec), Report::default());
+            let json = serde_json::to_string(spec).expect("a system is plain data");
+            let back: SystemSpec = serde_json::from_str(&json).expect("its own JSON is read");
+            assert_eq!(&back, spec);
+        }
+        Err(report) => assert!(report.has_errors()),
+    }
+    let (Ok((_, report)) | Err(report)) = judged;
+    for finding in &report.findings {
+        assert!(!render(finding).contains('\u{1b}'));
+    }
+    if let Ok(profile) = read("system.xml", bytes) {
+        let _ = lower(&profile, &LowerOptions::default());
+    }
+});

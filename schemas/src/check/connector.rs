@@ -1,0 +1,247 @@
+//! Connectors: both ends exist, fit each other, and are not said twice.
+
+use std::collections::HashSet;
+
+use super::Check;
+use super::component::foreign_prefix;
+use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
+use crate::rts_profile::{data_type_of, direction_of, is_reversed, normal_data_type};
+use crate::span::Span;
+use crate::suggest;
+use crate::system::{Direction, PortKind};
+
+pub(super) fn connectors(check: &mut Check<'_>) {
+    let read = check.read;
+    let mut pairs = HashSet::new();
+    for connector in &read.profile.connectors {
+        let name = connector.name.as_ref().map_or("", |name| name.trimmed());
+        let owner = if name.is_empty() {
+            "a connector".to_owned()
+        } else {
+            format!("connector `{name}`")
+        };
+        let source = end(
+            check,
+            connector,
+            connector.source.as_ref(),
+            "source",
+            &owner,
+        );
+        let target = end(
+            check,
+            connector,
+            connector.target.as_ref(),
+            "target",
+            &owner,
+        );
+        if let (Some(source), Some(target)) = (source, target) {
+            directions(check, connector, source, target);
+            data_types(check, connector, source, target);
+            let (from, to) = if is_reversed(read, connector) {
+                (target, source)
+            } else {
+                (source, target)
+            };
+            if !pairs.insert((from.path(), to.path())) {
+                let message = format!(
+                    "`{}` and `{}` are connected more than once",
+                    from.path(),
+                    to.path()
+                );
+                check.warning(
+                    "repeated-connector",
+                    message,
+                    connector.span,
+                    "each sample arrives twice; remove one",
+                );
+            }
+        }
+    }
+}
+
+/// An end whose component and port are in the profile.
+#[derive(Clone, Copy)]
+struct End<'a> {
+    instance: &'a str,
+    bare: &'a str,
+    port: &'a Port,
+    span: Span,
+}
+
+impl End<'_> {
+    fn path(&self) -> String {
+        format!("{}.{}", self.instance, self.bare)
+    }
+}
+
+fn end<'a>(
+    check: &mut Check<'a>,
+    connector: &Connector,
+    target: Option<&'a Target>,
+    role: &str,
+    owner: &str,
+) -> Option<End<'a>> {
+    let kind = match connector.kind {
+        PortKind::Data => "DataPort",
+        PortKind::Service => "ServicePort",
+    };
+    let Some(target) = target else {
+        let element = check.read.spelled(&format!("{role}{kind}"));
+        check.error(
+            "missing-end",
+            format!("{owner} has no {role} end"),
+            connector.span,
+            format!("add `{element}` with the instance and port name"),
+        );
+        return None;
+    };
+    let what = format!("the {role} of {owner}");
+    let instance = check.instance(target, &what);
+    let name = check.required(&target.port_name, "portName", &what, target.span)?;
+    let instance = instance?;
+    let component = check.read.component(instance)?;
+    let bare = component.bare_port(&name.value);
+    match component.port(&name.value) {
+        Some((found, port)) if found == connector.kind => Some(End {
+            instance,
+            bare,
+            port,
+            span: name.span,
+        }),
+        Some((found, _)) => {
+            let message = format!(
+                "`{instance}.{bare}` is a {}, but {owner} joins {}s",
+                noun(found),
+                noun(connector.kind)
+            );
+            check.error(
+                "port-kind-mismatch",
+                message,
+                name.span,
+                format!("connect it with a {} connector", word(found)),
+            );
+            None
+        }
+        None => {
+            unknown_port(check, component, instance, bare, name.span, connector.kind);
+            None
+        }
+    }
+}
+
+fn word(kind: PortKind) -> &'static str {
+    match kind {
+        PortKind::Data => "data",
+        PortKind::Service => "service",
+    }
+}
+
+fn noun(kind: PortKind) -> &'static str {
+    match kind {
+        PortKind::Data => "data port",
+        PortKind::Service => "service port",
+    }
+}
+
+fn unknown_port(
+    check: &mut Check<'_>,
+    component: &Component,
+    instance: &str,
+    bare: &str,
+    span: Span,
+    kind: PortKind,
+) {
+    if let Some(other) = foreign_prefix(check, component, bare) {
+        let message = format!(
+            "the port `{bare}` belongs to `{other}`, but the end names the component `{instance}`"
+        );
+        let help = format!(
+            "write `{}` = `{other}`, or a port of `{instance}`",
+            check.read.spelled("instanceName")
+        );
+        check.error("instance-prefix", message, span, help);
+        return;
+    }
+    let declared: Vec<&str> = component
+        .ports()
+        .filter(|(found, _)| *found == kind)
+        .filter_map(|(_, port)| port.name.as_ref())
+        .map(|name| component.bare_port(&name.value))
+        .collect();
+    let help = if declared.is_empty() {
+        format!(
+            "`{instance}` declares no {}; declare it, or connect another component",
+            noun(kind)
+        )
+    } else {
+        suggest::advice(bare, "declared", &declared)
+    };
+    let message = format!("component `{instance}` has no {} `{bare}`", noun(kind));
+    check.error("unknown-port", message, span, help);
+}
+
+fn directions(check: &mut Check<'_>, connector: &Connector, source: End<'_>, target: End<'_>) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let both = match (direction_of(source.port), direction_of(target.port)) {
+        (Some(a), Some(b)) if a == b => a,
+        _ => return,
+    };
+    let (what, other, span) = match both {
+        Direction::In => ("in-ports", "an out-port", source.span),
+        Direction::Out => ("out-ports", "an in-port", target.span),
+    };
+    let message = format!(
+        "`{}` and `{}` are both {what}",
+        source.path(),
+        target.path()
+    );
+    check.error(
+        "direction-mismatch",
+        message,
+        span,
+        format!("one end of a data connector must be {other}"),
+    );
+}
+
+/// The types of the two ports and of the connector itself; those that are not said fit anything.
+fn data_types(check: &mut Check<'_>, connector: &Connector, source: End<'_>, target: End<'_>) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let from = data_type_of(source.port);
+    let to = data_type_of(target.port);
+    if let (Some(from), Some(to)) = (&from, &to)
+        && from != to
+    {
+        let message = format!(
+            "`{}` has the type `{from}`, `{}` has `{to}`",
+            source.path(),
+            target.path()
+        );
+        check.error(
+            "data-type-mismatch",
+            message,
+            target.span,
+            "connect ports of one type, or put a converter between them",
+        );
+        return;
+    }
+    let property = property_value(&connector.properties, "dataport.data_type");
+    let Some(own) = property.or(connector.data_type.as_ref()) else {
+        return;
+    };
+    let (Some(said), Some(ports)) = (normal_data_type(&own.value), from.or(to)) else {
+        return;
+    };
+    if said != ports {
+        let message = format!("the connector says the type `{said}`, its ports `{ports}`");
+        check.error(
+            "data-type-mismatch",
+            message,
+            own.span,
+            format!("write `{ports}`"),
+        );
+    }
+}

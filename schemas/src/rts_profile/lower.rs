@@ -1,0 +1,76 @@
+//! Mirror → the one model. What cannot be understood is left out here and reported by the checks.
+
+mod component;
+mod connector;
+mod order;
+
+use super::ReadProfile;
+use crate::diagnostic::{Finding, Report};
+use crate::names;
+use crate::system::SystemSpec;
+
+pub(crate) use component::{is_pseudo_set, parse_rate};
+pub(crate) use connector::{data_type_of, direction_of, is_reversed, normal_data_type};
+pub(crate) use order::{parse_timing, parse_whole};
+
+/// What the caller knows besides the file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LowerOptions<'a> {
+    /// A name that was given by hand; it wins.
+    pub name: Option<&'a str>,
+    /// Stem of the file's name, for profiles that nobody named.
+    pub file_stem: Option<&'a str>,
+}
+
+/// Lowers a profile. `None` when the system has no usable name; then the report says so.
+///
+/// Components without instance name or type, and connectors without both ends, are left out: the checks report them
+/// as errors, so that such a system is never deployed in part.
+pub fn lower(read: &ReadProfile, options: &LowerOptions<'_>) -> (Option<SystemSpec>, Report) {
+    let mut report = Report::default();
+    let name = name(read, options, &mut report);
+    let components = component::components(read, &mut report);
+    let connectors = connector::connectors(read, &mut report);
+    let spec = name.map(|name| SystemSpec {
+        name,
+        full_id: read
+            .profile
+            .id
+            .as_ref()
+            .map_or_else(String::new, |id| id.trimmed().to_owned()),
+        components,
+        connectors,
+        orders: order::orders(read),
+    });
+    (spec, report)
+}
+
+fn name(read: &ReadProfile, options: &LowerOptions<'_>, report: &mut Report) -> Option<String> {
+    if let Some(given) = options.name {
+        if names::is_dns_label(given) {
+            return Some(given.to_owned());
+        }
+        let mut help = "a name has 1 to 63 of `a-z`, `0-9` and `-`".to_owned();
+        if let Some(near) = names::dns_label(given) {
+            help.push_str(&format!("; for example `--name {near}`"));
+        }
+        report.push(
+            Finding::error("bad-system-name", format!("`{given}` cannot name a system")).help(help),
+        );
+        return None;
+    }
+    let id = read.profile.id.as_ref();
+    let found = names::system_name(id.map_or("", |id| &id.value), options.file_stem);
+    if found.is_none() {
+        let message = match id {
+            Some(id) => format!("the id `{}` gives the system no usable name", id.trimmed()),
+            None => "the profile has no id to name the system by".to_owned(),
+        };
+        report.push(
+            Finding::error("no-system-name", message)
+                .at(read.place(id.map_or(read.profile.span, |id| id.span)))
+                .help("name it with `--name NAME`"),
+        );
+    }
+    found
+}

@@ -1,0 +1,361 @@
+//! Real files: every one is read, or is listed with the reason why not.
+//!
+//! The corpus lies beside the checkout where `RTSCTL_CORPUS` points to; elsewhere these tests say that they were skipped.
+
+// A failure here is a failed test; only the tests read files and the environment, the crate does not.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+use std::path::PathBuf;
+
+use rts_schemas::diagnostic::{Report, Severity};
+use rts_schemas::rts_profile::{Format, LowerOptions, ReadProfile, load, lower, read};
+use rts_schemas::system::{SendingTiming, SystemSpec, WaitFor};
+use rts_schemas::{check, names};
+
+fn corpus() -> Option<PathBuf> {
+    let found = std::env::var_os("RTSCTL_CORPUS").map(PathBuf::from);
+    if found.is_none() {
+        println!("skipped: RTSCTL_CORPUS is not set");
+    }
+    found
+}
+
+fn bytes(folder: &str, file: &str) -> Option<Vec<u8>> {
+    let path = corpus()?.join(folder).join(file);
+    Some(std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+fn lowered(folder: &str, file: &str) -> Option<(ReadProfile, SystemSpec, Report)> {
+    let bytes = bytes(folder, file)?;
+    let profile = read(file, &bytes).unwrap();
+    let options = LowerOptions {
+        name: None,
+        file_stem: names::file_stem(file),
+    };
+    let (spec, report) = lower(&profile, &options);
+    Some((profile, spec.unwrap(), report))
+}
+
+fn codes(report: &Report, severity: Severity) -> Vec<&str> {
+    let findings = report.findings.iter().filter(|f| f.severity == severity);
+    findings.map(|f| f.code.as_str()).collect()
+}
+
+fn files(folder: &str) -> Option<Vec<(String, Vec<u8>)>> {
+    let folder = corpus()?.join(folder);
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e != "tsv"))
+        .collect();
+    files.sort();
+    let read = |path: PathBuf| {
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        (name, std::fs::read(path).unwrap())
+    };
+    Some(files.into_iter().map(read).collect())
+}
+
+#[test]
+fn every_file_is_read_and_judged() {
+    let (Some(rts), Some(derived)) = (files("rts"), files("derived")) else {
+        return;
+    };
+    let (mut total, mut clean) = (0, 0);
+    let (mut components, mut connectors) = (0, 0);
+    let mut refused = Vec::new();
+    for (file, bytes) in rts.iter().chain(&derived) {
+        total += 1;
+        // Whatever a real editor wrote is readable; what is wrong in it is said by the checks.
+        let profile = read(file, bytes).unwrap_or_else(|report| panic!("{file}: {report:?}"));
+        components += profile.profile.components.len();
+        connectors += profile.profile.connectors.len();
+        match load(file, bytes, None, &[]) {
+            Ok((spec, _)) => {
+                clean += 1;
+                assert_eq!(check::spec(&spec), Report::default(), "{file}");
+            }
+            Err(report) => {
+                assert!(report.has_errors(), "{file}");
+                refused.push(format!(
+                    "{file}: {}",
+                    codes(&report, Severity::Error).join(", ")
+                ));
+            }
+        }
+    }
+    println!(
+        "{total} files, {clean} without errors, {components} components, {connectors} connectors"
+    );
+    insta::assert_snapshot!(refused.join("\n"));
+    assert!(
+        rts.len() >= 71 && derived.len() >= 20,
+        "the corpus is incomplete"
+    );
+}
+
+#[test]
+fn reversed_ends_of_choreonoid_are_swapped() {
+    let Some((profile, spec, report)) = lowered(
+        "rts",
+        "MasutaniLab__KobukiForChoreonoid__root-RTSystem~125fbf1.xml",
+    ) else {
+        return;
+    };
+    assert!(codes(&report, Severity::Warning).contains(&"reversed-connector"));
+    for connector in spec
+        .connectors
+        .iter()
+        .filter(|c| c.kind == rts_schemas::system::PortKind::Data)
+    {
+        let direction = |end: &rts_schemas::system::PortRef| {
+            let component = spec
+                .components
+                .iter()
+                .find(|c| c.instance == end.instance)
+                .unwrap();
+            component
+                .ports
+                .iter()
+                .find(|p| p.name == end.port)
+                .unwrap()
+                .direction
+        };
+        assert_ne!(
+            direction(&connector.source),
+            Some(rts_schemas::system::Direction::In),
+            "{}",
+            connector.name
+        );
+        assert_ne!(
+            direction(&connector.target),
+            Some(rts_schemas::system::Direction::Out),
+            "{}",
+            connector.name
+        );
+    }
+    assert_eq!(
+        check::profile(&profile)
+            .findings
+            .iter()
+            .filter(|f| f.code == "direction-mismatch")
+            .count(),
+        0
+    );
+    // The instance name stands where the type belongs; its number is not part of the type.
+    let (_, spec, _) = lowered("rts", "MasutaniLab__KobukiForChoreonoid__RTSystem.xml").unwrap();
+    let types: Vec<&str> = spec
+        .components
+        .iter()
+        .map(|c| c.type_name.as_str())
+        .collect();
+    assert_eq!(types, ["KobukiController", "Turtlebot-KobukiIoRTC"]);
+}
+
+#[test]
+fn two_hosts_hidden_in_references_are_found() {
+    let file =
+        "Nobu19800__RaspberryPiMouseRTSystem_script__GamePadLightSensorControlRasPiMouse.rtsys";
+    let Some((_, spec, _)) = lowered("rts", file) else {
+        return;
+    };
+    assert_eq!(
+        spec.name,
+        names::dns_label(names::file_stem(file).unwrap()).unwrap()
+    );
+    assert_eq!((spec.components.len(), spec.connectors.len()), (6, 8));
+    let placed: Vec<String> = spec
+        .components
+        .iter()
+        .map(|c| {
+            format!(
+                "{} {} {}",
+                c.instance,
+                c.placement.host.as_deref().unwrap_or("-"),
+                c.placement.manager.as_deref().unwrap_or("main")
+            )
+        })
+        .collect();
+    insta::assert_snapshot!(placed.join("\n"));
+}
+
+#[test]
+fn version_0_1_has_its_connectors_inside_ports() {
+    let Some((profile, spec, _)) = lowered("rts", "OpenRTM__OpenRTP-aist__RtsSampleV01.xml") else {
+        return;
+    };
+    assert_eq!(spec.name, "ta-sample");
+    assert_eq!(spec.components.len(), 5);
+    assert_eq!(spec.components[0].type_name, "ConsoleIn");
+    assert_eq!(spec.connectors[0].name, "ConsoleIn0.out-ConsoleOut0.in");
+    assert_eq!(
+        spec.connectors[0].data_type.as_deref(),
+        Some("IDL:RTC/TimedLong:1.0")
+    );
+    assert_eq!(
+        spec.connectors[0].properties["dataport.subscription_type"],
+        "flush"
+    );
+    // The sample connects to ConsoleOut0, but has only ConsoleOut1 to 4.
+    assert_eq!(
+        codes(&check::profile(&profile), Severity::Error),
+        ["unknown-instance"]
+    );
+}
+
+#[test]
+fn xml_and_yaml_twins_are_the_same_system() {
+    let Some((xml, mut a, _)) = lowered("rts", "gbiggs__rtsprofile__rtsystem.xml") else {
+        return;
+    };
+    let (yaml, mut b, _) = lowered("rts", "gbiggs__rtsprofile__rtsystem.yaml").unwrap();
+    assert_eq!((xml.format, yaml.format), (Format::Xml, Format::Yaml));
+    let (_, c, _) = lowered("rts", "gbiggs__rtsprofile__test-rtsystem.yaml").unwrap();
+    assert_eq!(b, c, "1000 and 1000.0 are one rate");
+
+    // What the two files themselves say differently, and nothing else.
+    // Ports: the YAML has the typo `inort` also where the XML writes `inport`.
+    assert_eq!(a.components[1].ports[0].name, "Comp2_inport1");
+    assert_eq!(b.components[1].ports[0].name, "Comp2_inort1");
+    a.components[1].ports[0]
+        .name
+        .clone_from(&b.components[1].ports[0].name);
+    a.components[2].ports[0]
+        .name
+        .clone_from(&b.components[2].ports[0].name);
+    a.connectors[0].name.clone_from(&b.connectors[0].name);
+    a.connectors[0]
+        .target
+        .port
+        .clone_from(&b.connectors[0].target.port);
+    // Parameters: `name_1` and `name1`; the second component's set is only in the YAML.
+    for spec in [&mut a, &mut b] {
+        for component in &mut spec.components {
+            component.configuration.sets.clear();
+        }
+    }
+    // The service connector starts from the other end.
+    let service = &mut a.connectors[2];
+    std::mem::swap(&mut service.source, &mut service.target);
+    service.name = format!("{}-{}", service.source, service.target);
+    assert_eq!(a, b);
+
+    assert_eq!(
+        a.orders.start_up[1].wait,
+        Some(WaitFor::Time { milliseconds: 500 })
+    );
+    assert_eq!(a.orders.shut_down.len(), 3);
+    // The typo is an error of the XML only: there the port is declared right and connected wrong.
+    assert_eq!(
+        codes(&check::profile(&xml), Severity::Error),
+        ["unknown-port"]
+    );
+    assert_eq!(
+        codes(&check::profile(&yaml), Severity::Error),
+        [] as [&str; 0]
+    );
+}
+
+#[test]
+fn orders_are_read_in_all_their_forms() {
+    let Some((_, spec, _)) = lowered("derived", "plan_all.rtsys.xml") else {
+        return;
+    };
+    assert_eq!(spec.name, "demo");
+    insta::assert_json_snapshot!("plan_all", spec.orders.activation);
+    let waits = |file: &str| {
+        let (_, spec, _) = lowered("derived", file).unwrap();
+        spec.orders.activation
+    };
+    assert!(waits("plan_seq.rtsys.xml").iter().all(|c| c.wait.is_none()));
+    assert!(
+        waits("plan_wait.rtsys.xml")
+            .iter()
+            .any(|c| matches!(c.wait, Some(WaitFor::Time { .. })))
+    );
+    let timing = |file: &str| {
+        waits(file).into_iter().find_map(|c| match c.wait {
+            Some(WaitFor::Preceding {
+                timing, timeout_ms, ..
+            }) => Some((timing, timeout_ms)),
+            _ => None,
+        })
+    };
+    assert!(matches!(
+        timing("plan_async.rtsys.xml"),
+        Some((SendingTiming::Async, _))
+    ));
+    assert!(matches!(
+        timing("plan_sync.rtsys.xml"),
+        Some((SendingTiming::Sync, 1..))
+    ));
+    assert_eq!(
+        timing("plan_sync0.rtsys.xml"),
+        Some((SendingTiming::Sync, 0))
+    );
+
+    // RT System Editor writes neither ids nor waits: plain order numbers, in all seven orders.
+    let (profile, spec, _) = lowered("derived", "rts_rtse_ordering_v02.xml").unwrap();
+    let o = &spec.orders;
+    let all = [
+        &o.start_up,
+        &o.shut_down,
+        &o.activation,
+        &o.deactivation,
+        &o.resetting,
+        &o.initializing,
+        &o.finalizing,
+    ];
+    assert!(
+        all.iter()
+            .all(|order| order.len() == 3 && order.iter().all(|c| c.wait.is_none()))
+    );
+    assert_eq!(o.shut_down[0].target, "Sensor0");
+    assert_eq!(o.shut_down[0].sequence, 3);
+    assert_eq!(check::profile(&profile), Report::default());
+
+    let (_, spec, _) = lowered("rts", "gbiggs__rtshell__rtsystem.xml").unwrap();
+    assert!(spec.orders.activation.iter().any(|c| matches!(
+        c.wait,
+        Some(WaitFor::Preceding {
+            timing: SendingTiming::Async,
+            ..
+        })
+    )));
+}
+
+#[test]
+fn every_encoding_gives_the_same_system() {
+    let Some((_, expected, _)) = lowered("derived", "rts_utf8_japanese.xml") else {
+        return;
+    };
+    for (file, encoding, warnings) in [
+        ("rts_utf8_japanese.xml", "UTF-8", 0),
+        ("rts_utf8_bom_crlf.xml", "UTF-8", 0),
+        ("rts_shift_jis.xml", "Shift_JIS", 0),
+        ("rts_shift_jis_cp932ext.xml", "Shift_JIS", 0),
+        ("rts_windows31j.xml", "Shift_JIS", 0),
+        ("rts_euc_jp.xml", "EUC-JP", 0),
+        ("rts_utf16.xml", "UTF-16LE", 0),
+        ("rts_declared_utf8_but_cp932.xml", "Shift_JIS", 1),
+        ("rts_other_prefixes.xml", "UTF-8", 0),
+        ("rts_default_namespace.xml", "UTF-8", 0),
+    ] {
+        let (profile, mut spec, _) = lowered("derived", file).unwrap();
+        assert_eq!(profile.encoding, encoding, "{file}");
+        assert_eq!(
+            codes(&profile.findings, Severity::Warning).len(),
+            warnings,
+            "{file}"
+        );
+        let text = profile.profile.abstract_text.unwrap().value;
+        let japanese = !matches!(file, "rts_other_prefixes.xml" | "rts_default_namespace.xml");
+        assert_eq!(
+            text.contains("（複合コンポーネント試験）"),
+            japanese,
+            "{file}: {text}"
+        );
+        spec.name.clone_from(&expected.name);
+        assert_eq!(spec, expected, "{file}");
+    }
+}

@@ -1,0 +1,125 @@
+//! Every wrong file of the examples gives exactly the errors that a user shall read.
+
+// A failure here is a failed test; only the tests read files, the crate does not.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+use std::path::PathBuf;
+
+use rts_schemas::diagnostic::{Report, render};
+use rts_schemas::overlay;
+use rts_schemas::rts_profile::load;
+
+const HELLO: &str = include_str!("../../manifests/hello/system.xml");
+
+/// Files that are right as profiles: the planner, the agent or the component refuses them.
+const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
+
+/// Files that are read with a warning.
+const WARNED: [&str; 3] = [
+    "repeated-connector.xml",
+    "reversed-connector.xml",
+    "unknown-configuration-set.xml",
+];
+
+fn files() -> Vec<(String, Vec<u8>)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../manifests/invalid");
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    files.sort();
+    let read = |path: PathBuf| {
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        (name, std::fs::read(path).unwrap())
+    };
+    files.into_iter().map(read).collect()
+}
+
+/// The findings of a file, and whether it may be deployed.
+fn judge(name: &str, bytes: &[u8]) -> (Report, bool) {
+    let result = if name.starts_with("overlay-") {
+        overlay::read(name, bytes)
+            .and_then(|overlay| load("system.xml", HELLO.as_bytes(), None, &[overlay]))
+    } else {
+        load(name, bytes, None, &[])
+    };
+    match result {
+        Ok((_, report)) => (report, true),
+        Err(report) => (report, false),
+    }
+}
+
+#[test]
+fn each_file_gives_its_errors() {
+    for (name, bytes) in files() {
+        let (report, deployable) = judge(&name, &bytes);
+        let right = RIGHT.contains(&name.as_str());
+        assert_eq!(
+            deployable,
+            right || WARNED.contains(&name.as_str()),
+            "{name}: {report:?}"
+        );
+        assert_eq!(deployable, !report.has_errors(), "{name}");
+        if right {
+            assert_eq!(report, Report::default(), "{name}");
+            continue;
+        }
+        for finding in &report.findings {
+            assert!(
+                finding.help.is_some() || finding.code.starts_with("malformed"),
+                "{name}: {finding:?}"
+            );
+            assert!(finding.place.is_some(), "{name}: {finding:?}");
+        }
+        let shown: Vec<String> = report.findings.iter().map(render).collect();
+        insta::assert_snapshot!(name, shown.join("\n\n"));
+    }
+}
+
+#[test]
+fn the_code_of_a_file_is_its_name() {
+    for (name, bytes) in files() {
+        let stem = name.split('.').next().unwrap();
+        let plain = stem.starts_with("malformed")
+            || stem.starts_with("overlay-")
+            || matches!(stem, "many" | "duplicate-key");
+        if plain || RIGHT.contains(&name.as_str()) {
+            continue;
+        }
+        let (report, _) = judge(&name, &bytes);
+        assert!(
+            report.findings.iter().any(|f| f.code == stem),
+            "{name}: {report:?}"
+        );
+    }
+}
+
+#[test]
+fn a_name_by_hand_mends_a_missing_one() {
+    let (_, bytes) = files()
+        .into_iter()
+        .find(|(name, _)| name == "no-system-name.xml")
+        .unwrap();
+    let (spec, _) = load("no-system-name.xml", &bytes, Some("robot"), &[]).unwrap();
+    assert_eq!(spec.name, "robot");
+    let report = load("no-system-name.xml", &bytes, Some("My Robot"), &[]).unwrap_err();
+    insta::assert_snapshot!(render(&report.findings[0]), @r"
+    error[bad-system-name]: `My Robot` cannot name a system
+      = help: a name has 1 to 63 of `a-z`, `0-9` and `-`; for example `--name my-robot`
+    ");
+}
+
+#[test]
+fn findings_come_in_the_order_of_the_file() {
+    let (_, bytes) = files()
+        .into_iter()
+        .find(|(name, _)| name == "many.xml")
+        .unwrap();
+    let (report, _) = judge("many.xml", &bytes);
+    let lines: Vec<usize> = report
+        .findings
+        .iter()
+        .map(|f| f.place.as_ref().unwrap().line)
+        .collect();
+    assert!(lines.is_sorted() && lines.len() >= 7, "{lines:?}");
+}

@@ -1,0 +1,187 @@
+//! No file can make a reader panic, and what it cannot read it reports.
+
+#![allow(clippy::unwrap_used)] // A failure here is a failed test.
+
+use proptest::prelude::*;
+use rts_schemas::diagnostic::{Report, render};
+use rts_schemas::rts_profile::{LowerOptions, load, lower, read};
+use rts_schemas::system::SystemSpec;
+use rts_schemas::{check, overlay};
+
+const SYSTEM: &str = include_str!("../../manifests/hello/system.xml");
+const TWIN: &str = include_str!("../../manifests/hello/system.yaml");
+const LAB: &str = include_str!("../../manifests/hello/lab.yaml");
+
+/// Everything that is done with a file; the laws that hold whatever it contains.
+fn attack(bytes: &[u8]) {
+    let judged = load("f", bytes, Some("name"), &[]);
+    match &judged {
+        Ok((spec, report)) => {
+            assert!(!report.has_errors());
+            assert_eq!(check::spec(spec), Report::default());
+            let json = serde_json::to_string(spec).unwrap();
+            assert_eq!(&serde_json::from_str::<SystemSpec>(&json).unwrap(), spec);
+        }
+        Err(report) => assert!(report.has_errors()),
+    }
+    let (Ok((_, report)) | Err(report)) = judged;
+    for finding in &report.findings {
+        assert!(!render(finding).contains('\u{1b}'));
+    }
+    if let Ok(profile) = read("f", bytes) {
+        let _ = lower(&profile, &LowerOptions::default());
+    }
+    match overlay::read("f", bytes) {
+        Ok(overlay) => {
+            let (mut spec, _) = load("system.xml", SYSTEM.as_bytes(), None, &[]).unwrap();
+            overlay::apply(&mut spec, &overlay);
+        }
+        Err(report) => assert!(report.has_errors()),
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Edit {
+    Remove {
+        at: prop::sample::Index,
+        count: usize,
+    },
+    Insert {
+        at: prop::sample::Index,
+        text: String,
+    },
+    Copy {
+        from: prop::sample::Index,
+        count: usize,
+        to: prop::sample::Index,
+    },
+    Byte {
+        at: prop::sample::Index,
+        value: u8,
+    },
+}
+
+fn edit() -> impl Strategy<Value = Edit> {
+    let index = any::<prop::sample::Index>;
+    let words = prop::sample::select(vec![
+        "\"",
+        "<",
+        ">",
+        "&",
+        "&#0;",
+        "&#x1F600;",
+        "<!--",
+        "-->",
+        "]]>",
+        "<![CDATA[",
+        "rts:",
+        "NaN",
+        "-1",
+        "99999999999999999999",
+        "日本語",
+        "\u{feff}",
+        "\n",
+        "\t",
+        "'",
+        "*a",
+        "&a ",
+        "? ",
+        "- ",
+        ": ",
+        "{",
+        "}",
+        "[",
+        "|\n",
+        "#",
+        "!!str ",
+        "..",
+        "/",
+        "\u{0}",
+    ]);
+    prop_oneof![
+        (index(), 1usize..200).prop_map(|(at, count)| Edit::Remove { at, count }),
+        (index(), words).prop_map(|(at, text)| Edit::Insert {
+            at,
+            text: text.to_owned()
+        }),
+        (index(), 1usize..600, index()).prop_map(|(from, count, to)| Edit::Copy {
+            from,
+            count,
+            to
+        }),
+        (index(), any::<u8>()).prop_map(|(at, value)| Edit::Byte { at, value }),
+    ]
+}
+
+fn edited(text: &str, edits: &[Edit]) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for edit in edits {
+        let length = bytes.len();
+        match edit {
+            Edit::Remove { at, count } if length > 0 => {
+                let at = at.index(length);
+                bytes.drain(at..(at + count).min(length));
+            }
+            Edit::Insert { at, text } => {
+                let at = at.index(length + 1);
+                bytes.splice(at..at, text.bytes());
+            }
+            Edit::Copy { from, count, to } if length > 0 => {
+                let from = from.index(length);
+                let piece = bytes[from..(from + count).min(length)].to_vec();
+                let to = to.index(length + 1);
+                bytes.splice(to..to, piece);
+            }
+            Edit::Byte { at, value } if length > 0 => bytes[at.index(length)] = *value,
+            _ => {}
+        }
+    }
+    bytes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..2048)) {
+        attack(&bytes);
+    }
+
+    #[test]
+    fn any_text(text in "\\PC{0,400}") {
+        attack(text.as_bytes());
+    }
+
+    #[test]
+    fn edits_of_a_profile(edits in prop::collection::vec(edit(), 1..6)) {
+        attack(&edited(SYSTEM, &edits));
+    }
+
+    #[test]
+    fn edits_of_the_yaml_twin(edits in prop::collection::vec(edit(), 1..6)) {
+        attack(&edited(TWIN, &edits));
+    }
+
+    #[test]
+    fn edits_of_an_overlay(edits in prop::collection::vec(edit(), 1..6)) {
+        attack(&edited(LAB, &edits));
+    }
+}
+
+#[test]
+fn hostile_files_are_refused_at_once() {
+    let deep_xml = "<a>".repeat(100_000);
+    let deep_yaml = "[".repeat(100_000);
+    let laughs = (1..30).fold("a0: &a0 [x]\n".to_owned(), |text, i| {
+        let before = i - 1;
+        format!("{text}a{i}: &a{i} [*a{before},*a{before},*a{before},*a{before},*a{before},*a{before},*a{before}]\n")
+    });
+    for (text, code) in [
+        (deep_xml, "too-deep"),
+        (deep_yaml, "malformed-yaml"),
+        (laughs, "malformed-yaml"),
+    ] {
+        let report = load("f", text.as_bytes(), None, &[]).unwrap_err();
+        assert_eq!(report.findings[0].code, code);
+    }
+}
