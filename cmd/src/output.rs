@@ -8,6 +8,7 @@ use rts_schemas::diagnostic::Severity;
 
 use crate::cli::{Color, Globals};
 use crate::error::CliError;
+use crate::exit::Exit;
 
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const HELP: Style = AnsiColor::Cyan.on_default().bold();
@@ -116,7 +117,8 @@ impl Output {
 
     /// The error that ends the program, with its causes and advice.
     pub fn error(&self, error: &CliError) {
-        if matches!(error, CliError::Stdout(e) if e.kind() == io::ErrorKind::BrokenPipe) {
+        // Of these everything has been said, or nobody listens.
+        if matches!(error.exit(), Exit::BrokenPipe | Exit::Interrupted) {
             return;
         }
         for fault in error.faults() {

@@ -9,6 +9,7 @@ use rts_http::client::Client;
 use crate::cli::Globals;
 use crate::error::CliError;
 use crate::local::home::Home;
+use crate::local::lock::is_held;
 use crate::local::up;
 use crate::output::Output;
 
@@ -44,12 +45,15 @@ impl Session {
             Some(socket) => client(socket.clone(), REQUEST_TIMEOUT),
             None => {
                 self.home.check_length()?;
-                if !self.local_answers().await? {
-                    return Err(CliError::NoController {
-                        home: self.home.path().to_owned(),
-                    });
+                if self.local_answers().await? {
+                    return self.local(REQUEST_TIMEOUT);
                 }
-                self.local(REQUEST_TIMEOUT)
+                if is_held(&self.home.controller_lock())? {
+                    return Err(up::hangs(&self.home).into());
+                }
+                Err(CliError::NoController {
+                    home: self.home.path().to_owned(),
+                })
             }
         }
     }

@@ -6,8 +6,8 @@ mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_controller_api::{Problem, ProblemError};
 use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::{Problem, ProblemError};
 use rts_plan::plan::Plan;
 use rts_plan::{PlaceError, Placed};
 
@@ -31,31 +31,44 @@ pub struct Admitted {
 /// Checks a request. The caller holds [`Core::admission`] when it means to store.
 pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Admitted, Problem> {
     let spec = request.spec;
-    let mut faults = check::spec(name, &spec);
-    faults.extend(check::orders(&spec));
-    refuse(faults)?;
+    refuse(check::spec(name, &spec))?;
+    let mut faults = check::orders(&spec);
     let stored = core.registry().systems.get(name).cloned();
     if let Some(stored) = &stored {
         identity::check(stored, &spec, request.replace)?;
     }
     let mut candidate = SystemRecord {
-        uid: stored.as_ref().map_or_else(|| core.rng.uuid(), |s| s.uid.clone()),
+        uid: stored
+            .as_ref()
+            .map_or_else(|| core.rng.uuid(), |s| s.uid.clone()),
         generation: stored.as_ref().map_or(0, |s| s.generation),
         spec,
         digests: BTreeMap::new(),
-        nodes: stored.as_ref().map_or_else(BTreeSet::new, |s| s.nodes.clone()),
-        created: stored.as_ref().map_or_else(|| core.clock.now(), |s| s.created),
+        nodes: stored
+            .as_ref()
+            .map_or_else(BTreeSet::new, |s| s.nodes.clone()),
+        created: stored
+            .as_ref()
+            .map_or_else(|| core.clock.now(), |s| s.created),
         deleted: None,
     };
-    place(core, &candidate)?;
     let placed = core.place(Some(&candidate));
-    let types = types_by_node(&placed, &candidate.uid);
-    let found = modules::resolve(core, &candidate.spec, &types).await?;
+    clashes(&placed, &candidate)?;
+    let (types, lost) = types_by_node(&placed, &candidate);
+    faults.extend(lost);
+    let found = match modules::resolve(core, &candidate.spec, &types).await {
+        Ok(found) => found,
+        // What is wrong for good goes before what may be better in a moment.
+        Err(problem) if faults.is_empty() => return Err(problem),
+        Err(_) => modules::Found::default(),
+    };
+    faults.extend(found.missing);
+    refuse(faults)?;
     candidate.digests = found.digests;
     candidate.nodes.extend(types.into_keys());
-    let changed = stored.as_ref().is_none_or(|stored| {
-        stored.spec != candidate.spec || stored.digests != candidate.digests
-    });
+    let changed = stored
+        .as_ref()
+        .is_none_or(|stored| stored.spec != candidate.spec || stored.digests != candidate.digests);
     if changed {
         candidate.generation += 1;
     }
@@ -77,53 +90,67 @@ pub async fn plan(core: &Core, placed: &Placed) -> Plan {
     rts_plan::plan(&placed.desired, &observed, &blocked)
 }
 
-/// Places the candidate beside the others; a clash between two others is not its fault.
-fn place(core: &Core, candidate: &SystemRecord) -> Result<(), Problem> {
-    let name = candidate.name();
-    let placed = core.place(Some(candidate));
+/// Refuses a candidate that wants another system's instance names; a clash between two others is not its fault.
+fn clashes(placed: &Placed, candidate: &SystemRecord) -> Result<(), Problem> {
     let mut clashes = Vec::new();
-    let mut faults = Vec::new();
     for problem in &placed.problems {
-        match problem {
-            PlaceError::UnknownNode {
-                system, component, ..
-            } if system == name => faults.push(ProblemError {
-                pointer: check::pointer(&candidate.spec, component),
-                code: "unknown-node".to_owned(),
-                detail: problem.to_string(),
-                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
-            }),
-            PlaceError::InstanceClash {
-                instance, systems, ..
-            } if systems.iter().any(|s| s == name) => clashes.push(ProblemError {
+        if let PlaceError::InstanceClash {
+            instance, systems, ..
+        } = problem
+            && systems.iter().any(|system| system == candidate.name())
+        {
+            clashes.push(ProblemError {
                 pointer: check::pointer(&candidate.spec, instance),
                 code: "instance-clash".to_owned(),
                 detail: problem.to_string(),
                 help: Some("rename the instance, or tear the other system down".to_owned()),
-            }),
-            _ => {}
+            });
         }
     }
-    refuse(faults)?;
-    if let Some(first) = clashes.first() {
-        return Err(Problem::conflict("instance-clash", summary(&first.detail, clashes.len()))
-            .with_errors(clashes));
-    }
-    Ok(())
+    let Some(first) = clashes.first() else {
+        return Ok(());
+    };
+    let detail = summary(&first.detail, clashes.len());
+    Err(Problem::conflict("instance-clash", detail).with_errors(clashes))
 }
 
-/// Types that each node must have for a system.
-fn types_by_node(placed: &Placed, uid: &str) -> BTreeMap<String, BTreeSet<String>> {
+/// Types that each known node must have for a system, and a fault for each component on an unknown one.
+fn types_by_node(
+    placed: &Placed,
+    candidate: &SystemRecord,
+) -> (BTreeMap<String, BTreeSet<String>>, Vec<ProblemError>) {
+    let mut faults = Vec::new();
+    let mut unknown = BTreeSet::new();
+    for problem in &placed.problems {
+        if let PlaceError::UnknownNode {
+            system,
+            component,
+            node,
+            ..
+        } = problem
+            && system == candidate.name()
+        {
+            unknown.insert(node);
+            faults.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, component),
+                code: "unknown-node".to_owned(),
+                detail: problem.to_string(),
+                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
+            });
+        }
+    }
     let mut types: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for (node, spec) in &placed.desired.nodes {
-        for part in spec.systems.iter().filter(|part| part.system.uid == uid) {
+    let known = placed.desired.nodes.iter();
+    for (node, spec) in known.filter(|(node, _)| !unknown.contains(node)) {
+        let parts = spec.systems.iter();
+        for part in parts.filter(|part| part.system.uid == candidate.uid) {
             for component in &part.components {
                 let of_node = types.entry(node.clone()).or_default();
                 of_node.insert(component.spec.type_name.clone());
             }
         }
     }
-    types
+    (types, faults)
 }
 
 /// All faults as one problem; its code is theirs when they agree.

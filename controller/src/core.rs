@@ -13,7 +13,7 @@ use rts_plan::plan::{Plan, StepId};
 use rts_plan::{NodeFacts, Placed, StoredSystem};
 use tokio::sync::{Notify, watch};
 
-use crate::clock::{Clock, Chance};
+use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::observe::{self, Target};

@@ -25,10 +25,8 @@ pub trait Agent: Send + Sync + 'static {
         spec: &'a NodeSpecEnvelope,
     ) -> BoxFuture<'a, Result<NodeSpecReceipt, ClientError>>;
     /// See [`AgentApi::run_batch`].
-    fn run_batch<'a>(
-        &'a self,
-        batch: &'a Batch,
-    ) -> BoxFuture<'a, Result<BatchEvents, ClientError>>;
+    fn run_batch<'a>(&'a self, batch: &'a Batch)
+    -> BoxFuture<'a, Result<BatchEvents, ClientError>>;
     /// See [`AgentApi::release`].
     fn release<'a>(
         &'a self,

@@ -31,7 +31,11 @@ pub fn greet(
     let (uid, now) = (core.rng.uuid(), core.clock.now());
     if core.sessions.greet(node, greeting, agent, uid, now)? {
         let message = format!("agent {version} greeted");
-        core.record(Happening::normal("NodeReady", &format!("node/{node}"), message));
+        core.record(Happening::normal(
+            "NodeReady",
+            &format!("node/{node}"),
+            message,
+        ));
     }
     core.publish();
     core.wake.notify_one();
@@ -56,7 +60,11 @@ pub fn heartbeat(
     }
     if beat.back {
         let object = format!("node/{node}");
-        core.record(Happening::normal("NodeReady", &object, "its heartbeats are back"));
+        core.record(Happening::normal(
+            "NodeReady",
+            &object,
+            "its heartbeats are back",
+        ));
         core.publish();
     }
     if beat.back || beat.inventory_changed {
@@ -77,7 +85,9 @@ pub fn of_agent(node: &str, error: ClientError) -> Problem {
             502,
             "agent-protocol",
             "bad gateway",
-            format!("the agent of node {node} answers in an unknown way, upgrade the older side: {error}"),
+            format!(
+                "the agent of node {node} answers in an unknown way, upgrade the older side: {error}"
+            ),
         ),
     }
 }

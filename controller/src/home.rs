@@ -54,7 +54,12 @@ struct Process {
 impl Home {
     /// Makes the folders (mode 0700) and takes the lock.
     pub fn take(root: &Path) -> Result<Self, HomeError> {
-        for folder in [root.to_owned(), root.join("run"), root.join("state"), root.join("logs")] {
+        for folder in [
+            root.to_owned(),
+            root.join("run"),
+            root.join("state"),
+            root.join("logs"),
+        ] {
             DirBuilder::new()
                 .recursive(true)
                 .mode(0o700)

@@ -47,7 +47,12 @@ impl Metrics {
         }
         let inner = self.inner();
         let name = "rtsctl_reconcile_duration_seconds";
-        family(&mut out, name, "Time of a round of the reconcile loop.", "summary");
+        family(
+            &mut out,
+            name,
+            "Time of a round of the reconcile loop.",
+            "summary",
+        );
         let _ = writeln!(out, "{name}_sum {}", inner.seconds);
         let _ = writeln!(out, "{name}_count {}", inner.reconciles);
         let name = "rtsctl_steps_total";

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-use crate::clock::{Chance, SystemClock, SystemChance};
+use crate::clock::{Chance, SystemChance, SystemClock};
 use crate::core::{Core, Inputs};
 use crate::fleet::HttpFleet;
 use crate::home::{Home, HomeError};
@@ -69,7 +69,8 @@ enum Fail {
 fn start(config: &Config) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
     let home = Home::take(&config.home).map_err(|e| before(e.into()))?;
-    let store = RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
+    let store =
+        RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
     let core = Core::load(Inputs {
         local_node: config.local_node.clone(),
         clock: Arc::new(SystemClock),
@@ -91,14 +92,10 @@ fn start(config: &Config) -> Result<(), Fail> {
 
 async fn serve(home: &Home, core: Arc<Core>) -> Result<(), Fail> {
     let before = |what| move |source| Fail::BeforeReady(io(what, source));
-    let mut terminate =
-        signal(SignalKind::terminate()).map_err(before("listen for SIGTERM"))?;
-    let mut interrupt =
-        signal(SignalKind::interrupt()).map_err(before("listen for SIGINT"))?;
-    let listener =
-        rts_http::server::bind(&home.socket()).map_err(before("bind the socket"))?;
-    home.announce()
-        .map_err(|e| Fail::BeforeReady(e.into()))?;
+    let mut terminate = signal(SignalKind::terminate()).map_err(before("listen for SIGTERM"))?;
+    let mut interrupt = signal(SignalKind::interrupt()).map_err(before("listen for SIGINT"))?;
+    let listener = rts_http::server::bind(&home.socket()).map_err(before("bind the socket"))?;
+    home.announce().map_err(|e| Fail::BeforeReady(e.into()))?;
     let (end, ending) = watch::channel(false);
     tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
     tokio::spawn(expire_sessions(Arc::clone(&core)));

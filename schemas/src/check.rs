@@ -20,8 +20,15 @@ use crate::suggest;
 /// All problems of a profile, errors and warnings, those of reading first.
 pub fn profile(read: &ReadProfile) -> Report {
     let mut seen = HashSet::new();
-    let names = read.profile.components.iter().filter_map(|c| c.instance_name.as_ref());
-    let instances = names.map(Text::trimmed).filter(|name| seen.insert(*name)).collect();
+    let names = read
+        .profile
+        .components
+        .iter()
+        .filter_map(|c| c.instance_name.as_ref());
+    let instances = names
+        .map(Text::trimmed)
+        .filter(|name| seen.insert(*name))
+        .collect();
     let mut check = Check {
         read,
         instances,
@@ -54,8 +61,12 @@ impl<'a> Check<'a> {
         match self.report.findings.len() {
             0..FINDINGS_LIMIT => {}
             FINDINGS_LIMIT => {
-                let message = format!("there are more than {FINDINGS_LIMIT} problems; the others are not shown");
-                return self.report.push(Finding::error("too-many-problems", message).help("mend these first"));
+                let message = format!(
+                    "there are more than {FINDINGS_LIMIT} problems; the others are not shown"
+                );
+                return self
+                    .report
+                    .push(Finding::error("too-many-problems", message).help("mend these first"));
             }
             _ => return,
         }

@@ -101,8 +101,11 @@ pub fn is_dns_label(text: &str) -> bool {
         && !text.ends_with('-')
 }
 
-/// The stem of a profile's file name, without folder and the endings of profiles; `None` for `-` (stdin).
+/// The stem of a profile's file name, without folder and the endings of profiles; `None` for `-` and `<stdin>`.
 pub fn file_stem(file_name: &str) -> Option<&str> {
+    if matches!(file_name, "-" | "<stdin>") {
+        return None;
+    }
     let base = file_name.rsplit(['/', '\\']).next()?;
     let stem = match base.rsplit_once('.') {
         Some((stem, _)) if !stem.is_empty() => stem,
@@ -112,7 +115,7 @@ pub fn file_stem(file_name: &str) -> Option<&str> {
         .strip_suffix(".rtsys")
         .or_else(|| stem.strip_suffix(".rts"))
         .unwrap_or(stem);
-    (!stem.is_empty() && stem != "-").then_some(stem)
+    (!stem.is_empty()).then_some(stem)
 }
 
 /// True for a usable manager name: 1 to 63 of letters, digits, `-`, `_` and `.`, starting with a letter or digit.
@@ -253,7 +256,7 @@ mod tests {
             file_stem("DefaultSystem.xml20231114222805"),
             Some("DefaultSystem")
         );
-        assert_eq!(file_stem("-"), None);
+        assert_eq!((file_stem("-"), file_stem("<stdin>")), (None, None));
         assert_eq!(
             dns_label("root-RTSystem~125fbf1").unwrap(),
             "root-rtsystem-125fbf1"

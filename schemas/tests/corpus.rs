@@ -5,6 +5,7 @@
 // A failure here is a failed test; only the tests read files and the environment, the crate does not.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rts_schemas::diagnostic::{Report, Severity};
@@ -64,30 +65,36 @@ fn every_file_is_read_and_judged() {
     let (mut total, mut clean) = (0, 0);
     let (mut components, mut connectors) = (0, 0);
     let mut refused = Vec::new();
+    let mut found: BTreeMap<String, usize> = BTreeMap::new();
     for (file, bytes) in rts.iter().chain(&derived) {
         total += 1;
         // Whatever a real editor wrote is readable; what is wrong in it is said by the checks.
         let profile = read(file, bytes).unwrap_or_else(|report| panic!("{file}: {report:?}"));
         components += profile.profile.components.len();
         connectors += profile.profile.connectors.len();
-        match load(file, bytes, None, &[]) {
-            Ok((spec, _)) => {
-                clean += 1;
-                assert_eq!(check::spec(&spec), Report::default(), "{file}");
-            }
-            Err(report) => {
-                assert!(report.has_errors(), "{file}");
-                refused.push(format!(
-                    "{file}: {}",
-                    codes(&report, Severity::Error).join(", ")
-                ));
-            }
+        let judged = load(file, bytes, None, &[]);
+        if let Err(report) = &judged {
+            assert!(report.has_errors(), "{file}");
+            refused.push(format!(
+                "{file}: {}",
+                codes(report, Severity::Error).join(", ")
+            ));
+        } else {
+            clean += 1;
+        }
+        if let Ok((spec, _)) = &judged {
+            assert_eq!(check::spec(spec), Report::default(), "{file}");
+        }
+        let (Ok((_, report)) | Err(report)) = judged;
+        for finding in report.findings {
+            *found.entry(finding.code).or_default() += 1;
         }
     }
     println!(
         "{total} files, {clean} without errors, {components} components, {connectors} connectors"
     );
     insta::assert_snapshot!(refused.join("\n"));
+    insta::assert_json_snapshot!("findings_by_code", found);
     assert!(
         rts.len() >= 71 && derived.len() >= 20,
         "the corpus is incomplete"

@@ -15,7 +15,8 @@ const HELLO: &str = include_str!("../../manifests/hello/system.xml");
 const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
 
 /// Files that are read with a warning.
-const WARNED: [&str; 3] = [
+const WARNED: [&str; 4] = [
+    "unknown-element.xml",
     "repeated-connector.xml",
     "reversed-connector.xml",
     "unknown-configuration-set.xml",
@@ -122,4 +123,18 @@ fn findings_come_in_the_order_of_the_file() {
         .map(|f| f.place.as_ref().unwrap().line)
         .collect();
     assert!(lines.is_sorted() && lines.len() >= 7, "{lines:?}");
+}
+
+#[test]
+fn an_overlay_in_place_of_a_profile_is_told_so() {
+    let lab = include_bytes!("../../manifests/hello/lab.yaml");
+    let report = load("lab.yaml", lab, None, &[]).unwrap_err();
+    insta::assert_snapshot!(render(&report.findings[0]), @"
+    error[wrong-root]: `apiVersion:` is not the root of an RTS Profile
+     --> lab.yaml:2:1
+      |
+    2 | apiVersion: rtsctl.dev/v1
+      | ^^^^^^^^^^
+      = help: this is a deployment overlay: name the profile first, then this file (`-f PROFILE -f OVERLAY`)
+    ");
 }

@@ -69,8 +69,8 @@ fn a_component_made_by_hand_is_drift_and_goes_by_hand() {
             "ConfigSample?instance_name=Hand1&manager=bench",
         ],
     );
-    stack.expect(7, &["manager", "delete", "hello.main", "Sine0"]);
-    stack.expect(0, &["manager", "delete", "hello.main", "Hand0"]);
+    stack.expect(7, &["manager", "delete", "Sine0"]);
+    stack.expect(0, &["manager", "delete", "Hand0"]);
     stack.expect(0, &["manager", "unload", "hello.main", "ConfigSample"]);
     assert_eq!(stack.get("components").len(), 4);
 

@@ -132,7 +132,7 @@ fn read_requests(
             let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
             move || answer(&connection, &shared, id, body, deadline)
         };
-        if let Err(reason) = shared.pool.run(job) {
+        if let Err(reason) = shared.manager.pool.run(job) {
             connection.respond(id, Err(internal(reason)));
         }
     }

@@ -11,6 +11,7 @@ use crate::data::binding::Bindings;
 use crate::events::Events;
 use crate::failure::{conflict, list, not_found};
 use crate::module::Module;
+use crate::pool::Pool;
 use crate::slots::Slots;
 use crate::sync::lock;
 
@@ -18,6 +19,8 @@ use crate::sync::lock;
 const MAX_COMPONENTS: usize = 4096;
 /// Outgoing data connections, a thread each.
 const MAX_DATA: usize = 1024;
+/// Requests that may be under way at once.
+const MAX_REQUESTS: usize = 64;
 
 /// The manager.
 pub struct Manager {
@@ -33,6 +36,8 @@ pub struct Manager {
     pub events: Events,
     /// Outgoing data connections.
     pub outgoing: Slots,
+    /// Threads for requests.
+    pub pool: Pool,
     components: Mutex<BTreeMap<String, Arc<Component>>>,
     stopping: AtomicBool,
 }
@@ -47,6 +52,7 @@ impl Manager {
             bindings: Bindings::default(),
             events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
+            pool: Pool::new(MAX_REQUESTS),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
         }

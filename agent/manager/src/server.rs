@@ -16,7 +16,6 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::args::Settings;
 use crate::manager::Manager;
-use crate::pool::Pool;
 use crate::requests::shutdown;
 use crate::run_dir::{RunDir, RunDirError};
 use crate::slots::Slots;
@@ -30,7 +29,6 @@ const MAX_CONTROLS: usize = 64;
 const MAX_INCOMING: usize = 1024;
 /// Connections of both kinds, and those that have not greeted yet.
 const MAX_CONNECTIONS: usize = MAX_CONTROLS + MAX_INCOMING + 64;
-const MAX_REQUESTS: usize = 64;
 
 /// A manager that cannot start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -47,8 +45,6 @@ pub enum ServeError {
 pub struct Shared {
     /// The manager.
     pub manager: Arc<Manager>,
-    /// Threads for requests.
-    pub pool: Pool,
     /// Control connections.
     pub controls: Slots,
     /// Incoming data connections.
@@ -81,7 +77,6 @@ pub fn run(settings: Settings) -> Result<(), ServeError> {
     let mut run_dir = RunDir::take(&settings.dir, &hello)?;
     let shared = Arc::new(Shared {
         manager: Arc::new(Manager::new(hello)),
-        pool: Pool::new(MAX_REQUESTS),
         controls: Slots::new(MAX_CONTROLS),
         incoming: Slots::new(MAX_INCOMING),
         connections: Slots::new(MAX_CONNECTIONS),

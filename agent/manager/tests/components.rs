@@ -277,6 +277,26 @@ fn one_that_hangs_is_named_and_stops_nobody_else() {
         "is Active, after its request's deadline"
     );
 
+    // So does one whose creation was given up on; until then its name is taken.
+    let slow = || manager.testmod("D", &[("hang", "on_initialize"), ("hang_ms", "300")]);
+    let failure = refused(&mut client, slow(), Duration::from_millis(20));
+    assert!(
+        failure
+            .message
+            .starts_with("D has been in on_initialize for"),
+        "{failure}"
+    );
+    assert_eq!(component(&mut client, "D").state, "Created");
+    assert_eq!(
+        refused(&mut client, slow(), SOON).code,
+        FailureCode::Conflict
+    );
+    assert_eq!(
+        events.event("component/D"),
+        "was initialised after its deadline"
+    );
+    assert_eq!(component(&mut client, "D").state, "Inactive");
+
     // Shutdown does not wait for it beyond its deadline.
     let start = std::time::Instant::now();
     let answer = client.call(RequestBody::Shutdown, Duration::from_millis(600));

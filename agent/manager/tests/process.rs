@@ -261,3 +261,25 @@ fn wrong_usage_says_what_is_wrong() {
             .contains("RTSCTL_HOME")
     );
 }
+
+#[test]
+fn one_who_asks_and_never_reads_is_dropped_alone() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let mut stream = manager.connect();
+    stream.set_write_timeout(Some(SOON)).unwrap();
+    frame::write(&mut stream, &Greeting::Control { version: 1 }).unwrap();
+    let request = frame::encode(&Request {
+        id: 1,
+        deadline_ms: 1000,
+        body: RequestBody::Inventory,
+    })
+    .unwrap();
+    let error = loop {
+        if let Err(error) = stream.write_all(&request) {
+            break error.kind();
+        }
+    };
+    assert_ne!(error, std::io::ErrorKind::WouldBlock);
+    ok(&mut client, RequestBody::Inventory);
+}

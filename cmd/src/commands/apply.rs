@@ -63,7 +63,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             })
         }
         Verdict::Going => {
-            list_waiting(&system.status.waiting_on, session);
+            list_unfinished(&system, session);
             Err(CliError::Deadline {
                 system: name.clone(),
                 goal: "converged",
@@ -152,6 +152,15 @@ fn active(system: &System) -> String {
     )
 }
 
+/// What a system is busy with, and what does not go on.
+pub fn list_unfinished(system: &System, session: &Session) {
+    for step in &system.status.progress.running {
+        let text = format!("{step} has not ended");
+        session.out.fault("", &text, None);
+    }
+    list_waiting(&system.status.waiting_on, session);
+}
+
 fn list_waiting(waiting: &[Waiting], session: &Session) {
     for waits in waiting {
         let tries = match waits.tries {
@@ -159,7 +168,7 @@ fn list_waiting(waiting: &[Waiting], session: &Session) {
             1 => " (tried once)".to_owned(),
             tries => format!(" (tried {tries} times)"),
         };
-        let text = format!("{} waits: {}{tries}", waits.target, waits.reason);
+        let text = format!("{}: {}{tries}", waits.target, waits.reason);
         if waits.required {
             session.out.fault("", &text, None);
         } else {

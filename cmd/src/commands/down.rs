@@ -6,7 +6,7 @@ use crate::commands::{ask, can_ask};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
-use crate::local::{LocalError, down, plural};
+use crate::local::{LocalError, down, plural, remove};
 use crate::session::Session;
 
 /// Stop the local stack: controller, agent, and every manager process
@@ -37,7 +37,7 @@ pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         session.out.say(&format!("rtsctl: {}", stopped.words()));
         return Err(LocalError::Left { left: stopped.left }.into());
     }
-    let alone = down::remove(home, args.purge)?;
+    let alone = remove::remove(home, args.purge)?;
     session.out.result(&stopped.words())?;
     for path in alone {
         let text = format!(

@@ -18,7 +18,7 @@ use crate::show::lists::{self, Look};
 /// With a name, only the objects of that name.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Kind of object
+    /// Kind of object; also singular or short: sys, no, comp, conn, mgr, ev
     kind: KindName,
     /// Name of one object
     name: Option<String>,

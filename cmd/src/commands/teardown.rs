@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::System;
 
+use super::apply::list_unfinished;
 use super::{ask, can_ask, duration, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -49,10 +50,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             Ok(Exit::Ok)
         }
         Some(system) => {
-            for waits in &system.status.waiting_on {
-                let text = format!("{} waits: {}", waits.target, waits.reason);
-                session.out.fault("", &text, None);
-            }
+            list_unfinished(&system, session);
             Err(CliError::Deadline {
                 system: name.clone(),
                 goal: "gone",

@@ -1,4 +1,4 @@
-//! Stops the local stack from its run folder alone, with every daemon dead if need be, and removes the folder.
+//! Stops the local stack from its run folder alone, with every daemon dead if need be.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -258,62 +258,6 @@ fn stop_manager(manager: &LiveManager) -> Outcome {
     Outcome::Stopped
 }
 
-/// Removes `run/`; with `purge` also `state/`, `logs/` and the home if nothing else is in it. Gives what it left alone.
-pub fn remove(home: &Home, purge: bool) -> Result<Vec<PathBuf>, LocalError> {
-    let mut alone = Vec::new();
-    let own = |folder: PathBuf, marks: &[&str], alone: &mut Vec<PathBuf>| {
-        if !folder.is_dir() {
-            return Ok(());
-        }
-        if !is_ours(&folder, marks)? {
-            alone.push(folder);
-            return Ok(());
-        }
-        std::fs::remove_dir_all(&folder).map_err(LocalError::file("remove", folder))
-    };
-    let marks = [
-        "controller.lock",
-        "controller.json",
-        "agent.lock",
-        "agent.json",
-        LOCK,
-    ];
-    own(home.run(), &marks, &mut alone)?;
-    if purge {
-        own(
-            home.state(),
-            &["controller.redb", "node-spec.json"],
-            &mut alone,
-        )?;
-        own(home.logs(), &["controller.log", "agent.log"], &mut alone)?;
-        // Fails when anything else is in it: that is not ours to remove.
-        if std::fs::remove_dir(home.path()).is_err() && alone.is_empty() {
-            alone.push(home.path().to_owned());
-        }
-    }
-    Ok(alone)
-}
-
-/// A mistaken home must lose nothing: a folder is ours if it holds no file, or one that only our programs write.
-fn is_ours(folder: &Path, marks: &[&str]) -> Result<bool, LocalError> {
-    let mut names = Vec::new();
-    collect_names(folder, 2, &mut names)?;
-    Ok(names.is_empty() || names.iter().any(|name| marks.contains(&name.as_str())))
-}
-
-/// Names of what is in a folder; of folders only those that are too deep to be looked into.
-fn collect_names(folder: &Path, depth: u32, names: &mut Vec<String>) -> Result<(), LocalError> {
-    for entry in std::fs::read_dir(folder).map_err(LocalError::file("read", folder))? {
-        let entry = entry.map_err(LocalError::file("read", folder))?;
-        if depth > 0 && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            collect_names(&entry.path(), depth - 1, names)?;
-        } else {
-            names.push(entry.file_name().to_string_lossy().into_owned());
-        }
-    }
-    Ok(())
-}
-
 /// The folders in a folder, sorted; none when it is not there. Links are not followed.
 fn folders(path: &Path) -> Result<Vec<PathBuf>, LocalError> {
     let entries = match std::fs::read_dir(path) {
@@ -344,51 +288,6 @@ mod tests {
         Home::settle(Some(folder.to_owned())).unwrap()
     }
 
-    fn write(path: &Path) {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, "x").unwrap();
-    }
-
-    #[test]
-    fn a_purge_takes_what_is_ours_and_the_home() {
-        let temp = tempfile::tempdir().unwrap();
-        let home = home(&temp.path().join("h"));
-        write(&home.controller_lock());
-        write(&home.state().join("controller.redb"));
-        write(&home.agent_log("local"));
-        assert_eq!(remove(&home, true).unwrap(), Vec::<PathBuf>::new());
-        assert!(!home.path().exists());
-    }
-
-    #[test]
-    fn a_mistaken_home_loses_nothing() {
-        let temp = tempfile::tempdir().unwrap();
-        let home = home(temp.path());
-        for file in [
-            "run/fast.sh",
-            "state/of/the/art.txt",
-            "logs/2026.log",
-            "thesis.tex",
-        ] {
-            write(&temp.path().join(file));
-        }
-        let alone = remove(&home, true).unwrap();
-        assert_eq!(alone, [home.run(), home.state(), home.logs()]);
-        assert!(temp.path().join("state/of/the/art.txt").exists());
-        assert!(temp.path().join("thesis.tex").exists());
-    }
-
-    #[test]
-    fn down_without_purge_keeps_state_and_logs() {
-        let temp = tempfile::tempdir().unwrap();
-        let home = home(temp.path());
-        write(&home.agent_lock("local"));
-        write(&home.state().join("controller.redb"));
-        remove(&home, false).unwrap();
-        assert!(!home.run().exists());
-        assert!(home.state().exists());
-    }
-
     #[test]
     fn a_home_where_nothing_runs_has_nothing_to_stop() {
         let temp = tempfile::tempdir().unwrap();
@@ -406,5 +305,91 @@ mod tests {
             left: Vec::new(),
         };
         insta::assert_snapshot!(stopped.words(), @"stopped the controller, 1 agent and 2 managers (hello.Printer0, hello.main)");
+    }
+
+    /// A process of its own group, as a daemon is.
+    fn daemon(program: &str, args: &[&str]) -> std::process::Child {
+        use std::os::unix::process::CommandExt;
+        let mut command = std::process::Command::new(program);
+        command.args(args).process_group(0).spawn().unwrap()
+    }
+
+    fn write_json(path: &Path, value: &impl serde::Serialize) {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, serde_json::to_vec(value).unwrap()).unwrap();
+    }
+
+    #[test]
+    fn the_controller_of_the_run_folder_is_stopped_and_no_other_process_with_its_number() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        let mut child = daemon("sleep", &["60"]);
+        let mut identity = Identity::of(child.id()).unwrap();
+        identity.start_ticks += 1;
+        write_json(&home.controller_json(), &identity);
+        assert_eq!(stop(&home).unwrap(), Stopped::default());
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "another one was killed"
+        );
+        identity.start_ticks -= 1;
+        write_json(&home.controller_json(), &identity);
+        assert!(stop(&home).unwrap().controller);
+        assert!(!child.wait().unwrap().success());
+    }
+
+    #[test]
+    fn a_manager_that_does_not_listen_is_stopped_with_its_children() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        let folder = home.node_run("local").join("01234567");
+        std::fs::create_dir_all(&folder).unwrap();
+        let lock = folder.join(LOCK);
+        // The child that inherits the lock plays the component's grandchild.
+        let mut child = daemon("flock", &[lock.to_str().unwrap(), "sleep", "60"]);
+        let identity = Identity::of(child.id()).unwrap();
+        let file = ManagerFile {
+            protocol_version: 1,
+            system: Some(rts_manager_api::control::SystemId {
+                name: "hello".to_owned(),
+                uid: "u".to_owned(),
+            }),
+            name: "main".to_owned(),
+            incarnation: "i".to_owned(),
+            pid: identity.pid,
+            start_ticks: identity.start_ticks,
+            boot_id: identity.boot_id,
+            started: String::new(),
+        };
+        write_json(&folder.join(MANAGER_JSON), &file);
+        let end = Instant::now() + Duration::from_secs(10);
+        while !is_held(&lock).unwrap() {
+            assert!(Instant::now() < end, "flock does not lock");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let live = live_managers(&home).unwrap();
+        assert_eq!(
+            live.iter().map(LiveManager::system).collect::<Vec<_>>(),
+            [Some("hello")]
+        );
+        assert_eq!(stop(&home).unwrap().managers, ["hello.main"]);
+        assert!(!is_held(&lock).unwrap());
+        assert!(!child.wait().unwrap().success());
+    }
+
+    #[test]
+    fn a_lock_whose_holder_is_not_known_is_reported_and_nothing_is_guessed() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        std::fs::create_dir_all(home.run()).unwrap();
+        let file = std::fs::File::create(home.controller_lock()).unwrap();
+        rustix::fs::flock(&file, rustix::fs::FlockOperation::LockExclusive).unwrap();
+        let stopped = stop(&home).unwrap();
+        assert_eq!(stopped.left.len(), 1);
+        assert!(
+            stopped.left[0].contains("controller.lock"),
+            "{:?}",
+            stopped.left
+        );
     }
 }

@@ -4,6 +4,7 @@ pub mod down;
 pub mod home;
 pub mod lock;
 pub mod process;
+pub mod remove;
 pub mod up;
 
 use std::io;

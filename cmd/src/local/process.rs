@@ -29,6 +29,16 @@ impl Identity {
         serde_json::from_slice(&std::fs::read(path).ok()?).ok()
     }
 
+    /// Of the process that has this pid now.
+    pub fn of(pid: u32) -> Option<Self> {
+        Some(Self {
+            pid,
+            start_ticks: start_ticks(pid)?,
+            boot_id: boot_id()?,
+            version: String::new(),
+        })
+    }
+
     /// A handle on the process if it still lives.
     pub fn open(&self) -> Option<Process> {
         if self.boot_id.trim() != boot_id()? {
@@ -123,15 +133,6 @@ fn start_ticks_of(stat: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    fn of(pid: u32) -> Identity {
-        Identity {
-            pid,
-            start_ticks: start_ticks(pid).unwrap(),
-            boot_id: boot_id().unwrap(),
-            version: String::new(),
-        }
-    }
-
     #[test]
     fn a_name_with_blanks_and_brackets_does_not_shift_the_fields() {
         let stat = "7 (a) b) (c) S 1 7 7 0 -1 4194560 1 0 0 0 0 0 0 0 20 0 1 0 4711 8 9";
@@ -145,7 +146,7 @@ mod tests {
             .arg("60")
             .spawn()
             .unwrap();
-        let right = of(child.id());
+        let right = Identity::of(child.id()).unwrap();
         let late = Identity {
             start_ticks: right.start_ticks + 1,
             ..right.clone()

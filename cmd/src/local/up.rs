@@ -66,11 +66,9 @@ pub async fn ensure(session: &Session, module_path: Option<OsString>) -> Result<
     home.check_length()?;
     let lock = HomeLock::take(home)?;
     make_folders(home, LOCAL_NODE)?;
-    let controller = !is_held(&home.controller_lock())?;
+    let controller = !answers_or_dies(session).await?;
     if controller {
         start_controller(home).await?;
-    } else {
-        wait_for_answer(session).await?;
     }
     let agent = !is_held(&home.agent_lock(LOCAL_NODE))?;
     if agent {
@@ -186,21 +184,28 @@ fn open_log(path: &Path) -> Result<File, LocalError> {
         .map_err(LocalError::file("open the log", path))
 }
 
-/// A controller holds its lock: it serves soon, or it hangs.
-async fn wait_for_answer(session: &Session) -> Result<(), CliError> {
+/// True when the controller answers, which it may only be about to; false when none lives.
+async fn answers_or_dies(session: &Session) -> Result<bool, CliError> {
     let end = Instant::now() + READY;
-    while !session.local_answers().await? {
+    while is_held(&session.home.controller_lock())? {
+        if session.local_answers().await? {
+            return Ok(true);
+        }
         if Instant::now() >= end {
-            return Err(LocalError::NotReady {
-                program: "rts-controller",
-                reason: "it runs but does not answer; `rtsctl down` stops it".to_owned(),
-                log: session.home.controller_log(),
-            }
-            .into());
+            return Err(hangs(&session.home).into());
         }
         tokio::time::sleep(PAUSE).await;
     }
-    Ok(())
+    Ok(false)
+}
+
+/// The error for a controller that lives but does not answer.
+pub fn hangs(home: &Home) -> LocalError {
+    LocalError::NotReady {
+        program: "rts-controller",
+        reason: "it runs but does not answer; `rtsctl down` stops it".to_owned(),
+        log: home.controller_log(),
+    }
 }
 
 /// Waits until the controller has met the agent.

@@ -24,7 +24,7 @@ impl Progress {
         let bar = out.animated().then(|| {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
             // The template is a constant; a bar without it works as well.
-            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
                 bar.set_style(style);
             }
             bar.enable_steady_tick(Duration::from_millis(100));
@@ -89,7 +89,7 @@ fn line(system: &System) -> String {
         text.push_str(": ");
         text.push_str(&progress.running.join(", "));
     } else if let Some(waiting) = status.waiting_on.first() {
-        text.push_str(&format!(": {} waits: {}", waiting.target, waiting.reason));
+        text.push_str(&format!(": {}: {}", waiting.target, waiting.reason));
     }
     text
 }

@@ -349,7 +349,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         let reset = self.up.resets.get(&id).or(self.configures.get(&id));
         self.steps.need(step, reset.copied());
         self.up.activates.insert(id, step);
-        Standing::Step(step)
+        Standing::Steps(vec![step])
     }
 
     /// Where the profile is silent, what a source feeds is asked to start before the source, so that no sample is lost.
@@ -369,7 +369,7 @@ fn gated(steps: &mut Steps, step: Option<&Ix>, gate: Gate) -> Standing {
     match step {
         Some(&step) => {
             steps.gate(step, gate);
-            Standing::Step(step)
+            Standing::Steps(vec![step])
         }
         None => Standing::Done,
     }

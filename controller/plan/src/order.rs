@@ -24,8 +24,8 @@ enum Place<'a> {
 pub(crate) enum Standing {
     /// Nothing has to be awaited.
     Done,
-    /// This step has to be awaited.
-    Step(Ix),
+    /// These steps have to be awaited: one, or one for each instance that is taken down.
+    Steps(Vec<Ix>),
     /// It cannot get there now.
     Waits,
 }
@@ -219,8 +219,8 @@ impl<'a> Order<'a> {
     ) -> Passed {
         match visit(name, gate) {
             Standing::Done => Passed::default(),
-            Standing::Step(ix) => Passed {
-                steps: BTreeSet::from([ix]),
+            Standing::Steps(steps) => Passed {
+                steps: steps.into_iter().collect(),
                 waits: None,
             },
             Standing::Waits => Passed {

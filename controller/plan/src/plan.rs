@@ -274,7 +274,7 @@ impl Work {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
     /// Hard orders form a cycle; all its members are named.
-    #[error("the {order} orders of system {system} form a cycle: {}", members.join(" -> "))]
+    #[error("the {order} orders of system {system} form a cycle of {}", members.join(", "))]
     Cycle {
         /// System name.
         system: String,

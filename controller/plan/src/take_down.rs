@@ -249,7 +249,7 @@ impl<'a> Taker<'_, '_, 'a> {
             for step in &of[instance] {
                 self.steps.gate(*step, gate.clone());
             }
-            Standing::Step(of[instance][0])
+            Standing::Steps(of[instance].clone())
         });
     }
 

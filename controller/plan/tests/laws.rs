@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{ConnectorState, LifeCycleState, Observed};
+use rts_plan::place::recreate_hash;
 use rts_plan::plan::{Blocked, Plan, Work};
 use rts_plan::{StoredSystem, check_orders, plan};
 
@@ -367,7 +368,10 @@ proptest! {
             let part = parts.iter().find(|p| Some(&p.system) == manager.key.system.as_ref());
             let Some(part) = part else { continue };
             let place = |instance: &str| part.components.iter().find(|p| p.spec.instance == instance && p.manager == manager.key.name);
-            let changed = manager.components.iter().any(|c| place(&c.instance).is_some_and(|p| p.recreate_hash != c.recreate_hash && p.spec.type_name == c.type_name && p.spec.execution_context.kind == c.execution_kind));
+            let changed = manager.components.iter().any(|c| place(&c.instance).is_some_and(|p| {
+                let with_new_module = recreate_hash(&c.type_name, p.module_digest.as_deref(), &p.manager, c.execution_kind);
+                p.spec.type_name == c.type_name && with_new_module != c.recreate_hash
+            }));
             for component in &manager.components {
                 let fits = component.system.as_ref() == Some(&part.system) && place(&component.instance).is_some_and(|p| p.recreate_hash == component.recreate_hash);
                 if fits && !changed {

@@ -35,7 +35,9 @@ pub fn orders(spec: &SystemSpec) -> Vec<ProblemError> {
             pointer: "/spec/orders".to_owned(),
             code: "order-cycle".to_owned(),
             detail: cycle.to_string(),
-            help: Some("take one Preceding or change a sequence number".to_owned()),
+            help: Some(
+                "remove one of these Preceding conditions, or change a sequence number".to_owned(),
+            ),
         })
         .collect()
 }
@@ -89,7 +91,10 @@ impl Faults {
 
 fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
     if spec.name != name {
-        let detail = format!("the spec is of system {:?}, the path of {name:?}", spec.name);
+        let detail = format!(
+            "the spec is of system {:?}, the path of {name:?}",
+            spec.name
+        );
         faults.push("/spec/name".to_owned(), "name-mismatch", detail);
     }
     if !is_dns_label(name) {
@@ -122,7 +127,8 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
         if let Some(rate) = component.execution_context.rate
             && !(rate.is_finite() && rate > 0.0)
         {
-            let detail = format!("the rate of {instance} is {rate} Hz; it must be finite and above 0");
+            let detail =
+                format!("the rate of {instance} is {rate} Hz; it must be finite and above 0");
             faults.push(format!("{at}/executionContext/rate"), "bad-rate", detail);
         }
         for (set, values) in &component.configuration.sets {
@@ -138,7 +144,11 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
 
 fn connectors(faults: &mut Faults, spec: &SystemSpec) {
     let mut seen = BTreeSet::new();
-    let instances: BTreeSet<&str> = spec.components.iter().map(|c| c.instance.as_str()).collect();
+    let instances: BTreeSet<&str> = spec
+        .components
+        .iter()
+        .map(|c| c.instance.as_str())
+        .collect();
     for (index, connector) in spec.connectors.iter().enumerate() {
         let at = format!("/spec/connectors/{index}");
         let name = &connector.name;
@@ -149,7 +159,10 @@ fn connectors(faults: &mut Faults, spec: &SystemSpec) {
         }
         for (end, port) in [("source", &connector.source), ("target", &connector.target)] {
             if !instances.contains(port.instance.as_str()) {
-                let detail = format!("connector {name} ends at {port}, and there is no {}", port.instance);
+                let detail = format!(
+                    "connector {name} ends at {port}, and there is no {}",
+                    port.instance
+                );
                 faults.push(format!("{at}/{end}"), "unknown-component", detail);
             } else {
                 declared(faults, spec, &format!("{at}/{end}"), name, port);

@@ -33,7 +33,10 @@ fn difference(stored: &SystemRecord, spec: &SystemSpec) -> Option<String> {
     if let (Some(old), Some(new)) = (old, new)
         && old != new
     {
-        return Some(format!("its id is {}, not {}", stored.spec.full_id, spec.full_id));
+        return Some(format!(
+            "its id is {}, not {}",
+            stored.spec.full_id, spec.full_id
+        ));
     }
     let old = &stored.spec.components;
     let shares = spec
@@ -56,7 +59,11 @@ fn identity(full_id: &str) -> Option<(String, String)> {
     }
     let last = fields.last().copied().unwrap_or_default();
     let version = fields.len() > 1 && last.starts_with(|c: char| c.is_ascii_digit());
-    let kept = if version { &fields[..fields.len() - 1] } else { &fields[..] };
+    let kept = if version {
+        &fields[..fields.len() - 1]
+    } else {
+        &fields[..]
+    };
     Some((String::new(), kept.join(":")))
 }
 

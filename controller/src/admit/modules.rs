@@ -9,7 +9,7 @@ use rts_agent_api::messages::ModuleResolution;
 use rts_controller_api::{Problem, ProblemError};
 use rts_schemas::system::SystemSpec;
 
-use super::{check, refuse};
+use super::check;
 use crate::core::Core;
 use crate::fleet::Agent;
 
@@ -23,6 +23,8 @@ const SEARCHED: usize = 12;
 pub struct Found {
     /// Type name → SHA-256.
     pub digests: BTreeMap<String, String>,
+    /// A fault for each component whose module is not there.
+    pub missing: Vec<ProblemError>,
     /// Remarks.
     pub notes: Vec<String>,
 }
@@ -40,7 +42,6 @@ pub async fn resolve(
         (node, answer)
     });
     let mut found = Found::default();
-    let mut faults = Vec::new();
     let mut differ = BTreeSet::new();
     for (node, answer) in join_all(asked).await {
         let answer = match answer {
@@ -58,7 +59,9 @@ pub async fn resolve(
                         differ.insert(wanted.clone());
                     }
                 }
-                None => faults.extend(missing(spec, &node, wanted, resolution)),
+                None => found
+                    .missing
+                    .extend(missing(spec, &node, wanted, resolution)),
             }
         }
     }
@@ -69,7 +72,6 @@ pub async fn resolve(
             "nodes have different module files of {type_name}; none is pinned"
         ));
     }
-    refuse(faults)?;
     Ok(found)
 }
 
@@ -120,7 +122,8 @@ fn missing(
     let components = spec.components.iter();
     components
         .filter(|component| component.type_name == type_name)
-        .map(|component| ProblemError {
+        .map(|component| {
+            ProblemError {
             pointer: format!("{}/type", check::pointer(spec, &component.instance)),
             code: "module-not-found".to_owned(),
             detail: format!(
@@ -131,6 +134,7 @@ fn missing(
                 "build the component, or add its folder to RTSCTL_MODULE_PATH and restart the agent"
                     .to_owned(),
             ),
+        }
         })
         .collect()
 }

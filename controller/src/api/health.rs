@@ -44,7 +44,9 @@ pub async fn readyz(
     }
     Ok(match query.verbose {
         None => "ok".to_owned(),
-        Some(_) => checks.map(|(name, _)| format!("[+]{name} ok\n")).concat() + "readyz check passed\n",
+        Some(_) => {
+            checks.map(|(name, _)| format!("[+]{name} ok\n")).concat() + "readyz check passed\n"
+        }
     })
 }
 
@@ -66,7 +68,11 @@ pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse 
     let components = view.list::<Component>().items.into_iter();
     let page = app.core.metrics.page(&[
         Gauge::by_state("rtsctl_systems", "Systems by phase.", phases),
-        Gauge::by_state("rtsctl_nodes", "Nodes by state.", nodes.map(|n| n.status.state)),
+        Gauge::by_state(
+            "rtsctl_nodes",
+            "Nodes by state.",
+            nodes.map(|n| n.status.state),
+        ),
         Gauge::by_state(
             "rtsctl_components",
             "Components by state.",

@@ -94,7 +94,11 @@ pub async fn delete(
     principal: Principal,
     Segments((node, name, instance)): Segments<(String, String, String)>,
 ) -> Answer<StatusCode> {
-    audit(&principal, "delete-by-hand", &format!("component/{instance}"));
+    audit(
+        &principal,
+        "delete-by-hand",
+        &format!("component/{instance}"),
+    );
     let answer = agent(&app, &node)?.delete_component(&name, &instance).await;
     app.core.wake.notify_one();
     answer.map_err(|e| of_agent(&node, e))?;

@@ -4,9 +4,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use rts_controller_api::Problem;
-use rts_controller_api::objects::{
-    Component, Connector, Event, Kind, List, Manager, Node, System,
-};
+use rts_controller_api::objects::{Component, Connector, Event, Kind, List, Manager, Node, System};
 use rts_http::server::{Json, Principal};
 use serde::Deserialize;
 
@@ -195,7 +193,9 @@ fn one<T: Resource>(app: &App, key: &str, what: impl FnOnce() -> String) -> Answ
 
 /// The version to watch from: `Last-Event-ID` of a reader that comes back, else the query's.
 fn from(query: &ListQuery, headers: &HeaderMap) -> Answer<Option<u64>> {
-    let last = headers.get("last-event-id").map(|id| id.to_str().unwrap_or("?"));
+    let last = headers
+        .get("last-event-id")
+        .map(|id| id.to_str().unwrap_or("?"));
     let Some(text) = last.or(query.resource_version.as_deref()) else {
         return Ok(None);
     };

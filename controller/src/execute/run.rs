@@ -70,7 +70,10 @@ impl<'a> Executor<'a> {
         peers: BTreeMap<String, Peer>,
         absent: &BTreeMap<String, String>,
     ) -> Self {
-        let generations = peers.iter().map(|(n, p)| (n.clone(), p.generation)).collect();
+        let generations = peers
+            .iter()
+            .map(|(n, p)| (n.clone(), p.generation))
+            .collect();
         let deadline = u64::try_from(BATCH_DEADLINE.as_millis()).unwrap_or(u64::MAX);
         let mut batches = cut(plan, plan_id, &generations, deadline);
         let mut run = Self {
@@ -198,7 +201,11 @@ impl<'a> Executor<'a> {
                     }
                     tokio::time::sleep(Duration::from_millis(100)).await;
                 }
-                tracing::warn!(node, step = id, "a gate could not be opened; the batch's deadline ends it");
+                tracing::warn!(
+                    node,
+                    step = id,
+                    "a gate could not be opened; the batch's deadline ends it"
+                );
             }));
         }
     }
@@ -250,7 +257,9 @@ fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> 
             }
         }
     });
-    let reports = reports.chain(stream::iter([Err("its agent closed the stream early".to_owned())]));
+    let reports = reports.chain(stream::iter([Err(
+        "its agent closed the stream early".to_owned()
+    )]));
     let merged = stream::select(reports.boxed(), cut_off.boxed()).map(move |event| match event {
         Ok(BatchEvent::End) => Report::Over(name.clone(), None),
         Ok(event) => Report::Event(name.clone(), event),

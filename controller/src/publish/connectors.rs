@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rts_controller_api::objects::{
-    Connector, ConnectorStatus, ConnectorView, Kind, Metadata,
-};
+use rts_controller_api::objects::{Connector, ConnectorStatus, ConnectorView, Kind, Metadata};
 use rts_plan::desired::{PlacedConnector, SystemRef};
 use rts_plan::observed::{ConnectorObserved, ConnectorState};
 use rts_plan::target;
@@ -24,7 +22,9 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
     for spec in scene.world.placed.desired.nodes.values() {
         for part in &spec.systems {
             for placed in &part.connectors {
-                let both = all.entry((&part.system.name, &placed.spec.name)).or_default();
+                let both = all
+                    .entry((&part.system.name, &placed.spec.name))
+                    .or_default();
                 both.desired = Some((&part.system, placed));
             }
         }

@@ -42,7 +42,11 @@ fn manager(node: &str, found: &ManagerObserved, known: bool) -> Manager {
             node: node.to_owned(),
             pid: found.pid,
             state: state.to_owned(),
-            components: found.components.iter().map(|c| c.instance.clone()).collect(),
+            components: found
+                .components
+                .iter()
+                .map(|c| c.instance.clone())
+                .collect(),
             modules: found.modules.iter().cloned().collect(),
             incarnation: found.incarnation.clone(),
             started,

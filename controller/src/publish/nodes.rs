@@ -11,7 +11,10 @@ pub fn nodes(scene: &Scene<'_>) -> Vec<Node> {
     let silent = ran
         .filter(|node| !scene.nodes.contains_key(*node))
         .map(|node| unknown(node));
-    let greeted = scene.nodes.iter().map(|(name, entry)| known(scene, name, entry));
+    let greeted = scene
+        .nodes
+        .iter()
+        .map(|(name, entry)| known(scene, name, entry));
     greeted.chain(silent).collect()
 }
 

@@ -151,7 +151,6 @@ impl Facts {
         } else {
             Phase::Degraded
         };
-        let placed = &scene.world.placed;
         SystemStatus {
             observed_generation: scene.world.planned.get(&record.uid).copied().unwrap_or(0),
             phase,
@@ -160,7 +159,7 @@ impl Facts {
             conditions: Vec::new(),
             progress: self.progress.clone(),
             waiting_on: self.waiting.clone(),
-            notes: placed.notes.get(record.name()).cloned().unwrap_or_default(),
+            notes: notes(scene, record),
             drift: drift(scene, record),
             components: count(record.spec.components.len()),
             active: count(self.active),
@@ -169,17 +168,14 @@ impl Facts {
 }
 
 /// Observed components of a system, and whether that is certain.
-fn observed<'a>(
-    scene: &Scene<'a>,
-    record: &SystemRecord,
-) -> Vec<(&'a ComponentObserved, bool)> {
+fn observed<'a>(scene: &Scene<'a>, record: &SystemRecord) -> Vec<(&'a ComponentObserved, bool)> {
     let mut found = Vec::new();
     for (inventory, known) in scene.inventories.values() {
         for manager in &inventory.managers {
             let known = *known && manager.responsive;
             let components = manager.components.iter();
-            let mine = components
-                .filter(|c| c.system.as_ref().is_some_and(|s| s.uid == record.uid));
+            let mine =
+                components.filter(|c| c.system.as_ref().is_some_and(|s| s.uid == record.uid));
             found.extend(mine.map(|component| (component, known)));
         }
     }
@@ -208,13 +204,42 @@ fn progress(scene: &Scene<'_>, steps: &[&Step]) -> Progress {
     }
 }
 
+/// Remarks of the placement, and those of the plan that speak of this system.
+fn notes(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
+    let placed = scene.world.placed.notes.get(record.name());
+    let mut notes = placed.cloned().unwrap_or_default();
+    let mut mine: Vec<String> = record
+        .spec
+        .components
+        .iter()
+        .map(|component| rts_plan::target::component(&component.instance))
+        .collect();
+    mine.push(record.name().to_owned());
+    let words = |note: &str, wanted: &str| note.split([' ', ',', ':', ';']).any(|w| w == wanted);
+    let planned = scene.world.plan.notes.iter();
+    notes.extend(
+        planned
+            .filter(|note| mine.iter().any(|m| words(note, m)))
+            .cloned(),
+    );
+    notes
+}
+
 /// What runs in this system's managers or on its nodes and is in no spec.
 fn drift(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
     let mut drift = Vec::new();
     for (node, (inventory, _)) in &scene.inventories {
         for manager in &inventory.managers {
-            let mine = manager.key.system.as_ref().is_some_and(|s| s.uid == record.uid);
-            for component in manager.components.iter().filter(|c| mine && c.system.is_none()) {
+            let mine = manager
+                .key
+                .system
+                .as_ref()
+                .is_some_and(|s| s.uid == record.uid);
+            for component in manager
+                .components
+                .iter()
+                .filter(|c| mine && c.system.is_none())
+            {
                 drift.push(format!(
                     "{} ({}) was made by hand in manager {} on node {node}",
                     component.instance,
@@ -239,12 +264,18 @@ fn conditions(
     let progressing = matches!(status.phase, Phase::Progressing | Phase::Terminating);
     let synced = match (status.synced, facts.planned) {
         (true, _) => ("UpToDate", "everything is as written".to_owned()),
-        (false, false) => ("NotPlanned", "this generation is not planned yet".to_owned()),
+        (false, false) => (
+            "NotPlanned",
+            "this generation is not planned yet".to_owned(),
+        ),
         (false, true) if !waits.is_empty() => ("Waiting", waits.clone()),
         (false, true) => ("Differs", format!("{} changes to make", facts.differences)),
     };
     let healthy = match facts.unhealthy.first() {
-        None => ("AllActive", "every required component is Active and every connector Connected".to_owned()),
+        None => (
+            "AllActive",
+            "every required component is Active and every connector Connected".to_owned(),
+        ),
         Some(first) if facts.unhealthy.len() == 1 => ("NotHealthy", first.clone()),
         Some(first) => (
             "NotHealthy",
@@ -255,7 +286,10 @@ fn conditions(
         Phase::Terminating => ("Terminating", "being taken down".to_owned()),
         Phase::Progressing => (
             "StepsToDo",
-            format!("{} of {} steps done", status.progress.done, status.progress.total),
+            format!(
+                "{} of {} steps done",
+                status.progress.done, status.progress.total
+            ),
         ),
         Phase::Converged => ("Converged", "nothing is left to do".to_owned()),
         Phase::Degraded => ("Waiting", waits),

@@ -79,7 +79,9 @@ fn required(record: &SystemRecord, target: &str) -> bool {
     match kind {
         "component" => components.iter().any(|c| c.instance == rest && c.required),
         "module" | "package" => rest.rsplit_once('@').is_none_or(|(type_name, _)| {
-            components.iter().any(|c| c.type_name == type_name && c.required)
+            components
+                .iter()
+                .any(|c| c.type_name == type_name && c.required)
         }),
         "connector" => record
             .spec

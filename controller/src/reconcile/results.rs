@@ -48,7 +48,13 @@ fn take_one(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths
             let delay = core
                 .backoff()
                 .failed(&step.target, system, reason, rng, now);
-            tracing::warn!(step = kind, target = step.target, node = step.node, reason, "step failed");
+            tracing::warn!(
+                step = kind,
+                target = step.target,
+                node = step.node,
+                reason,
+                "step failed"
+            );
             let message = format!("{reason}; tried again in {:.1} s", delay.as_secs_f64());
             let event = Happening::warning(&format!("{kind}Failed"), &step.target, message);
             core.record(event.of(system));
@@ -62,17 +68,25 @@ fn success(step: &Step) -> Option<Happening> {
     let node = &step.node;
     let (reason, message) = match &step.work {
         Work::StartManager { .. } => ("ManagerStarted", format!("process started on node {node}")),
-        Work::LoadModule { type_name, .. } => ("ModuleLoaded", format!("module of {type_name} loaded")),
+        Work::LoadModule { type_name, .. } => {
+            ("ModuleLoaded", format!("module of {type_name} loaded"))
+        }
         Work::Create {
             type_name, manager, ..
         } => (
             "Created",
-            format!("{type_name} created in {} on node {node}", manager.display_name()),
+            format!(
+                "{type_name} created in {} on node {node}",
+                manager.display_name()
+            ),
         ),
         Work::Configure { .. } => ("Configured", step.reason.clone()),
         Work::Connect { connector } => {
             let spec = &connector.spec;
-            ("Connected", format!("{} connected to {}", spec.source, spec.target))
+            (
+                "Connected",
+                format!("{} connected to {}", spec.source, spec.target),
+            )
         }
         Work::Activate { .. } => ("Activated", "is Active".to_owned()),
         Work::Deactivate { .. } => ("Deactivated", step.reason.clone()),

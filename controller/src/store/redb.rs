@@ -203,7 +203,9 @@ mod tests {
         let Err(error) = RedbStore::open(&path, "u") else {
             panic!("it was opened");
         };
-        let text = error.to_string().replace(&path.display().to_string(), "FILE");
+        let text = error
+            .to_string()
+            .replace(&path.display().to_string(), "FILE");
         insta::assert_snapshot!(text, @"FILE has schema version 2, and this program knows 1: upgrade rts-controller, or move the file away to start afresh");
     }
 

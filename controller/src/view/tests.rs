@@ -62,7 +62,10 @@ fn versions_too_old_or_from_the_future_are_410() {
     assert_eq!(view.changes(Kind::Node, 10).unwrap_err().status, 410);
     assert_eq!(view.changes(Kind::Node, 11).unwrap_err().status, 410);
     assert_eq!(view.changes(Kind::Node, 12).unwrap().0.len(), RING);
-    assert_eq!(view.changes(Kind::Node, 1 << 40).unwrap_err().code, "expired");
+    assert_eq!(
+        view.changes(Kind::Node, 1 << 40).unwrap_err().code,
+        "expired"
+    );
 }
 
 #[test]

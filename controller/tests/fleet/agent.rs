@@ -61,7 +61,11 @@ impl FakeAgent {
     }
 
     pub fn fail(&self, step: &str, times: u32) {
-        self.state.lock().unwrap().failing.insert(step.into(), times);
+        self.state
+            .lock()
+            .unwrap()
+            .failing
+            .insert(step.into(), times);
     }
 
     pub fn silence(&self, silent: bool) {
@@ -136,7 +140,9 @@ impl AgentApi for Handle {
         }
         let changed = state.spec.as_ref() != Some(spec);
         state.spec = Some(spec.clone());
-        self.0.news.send_modify(|news| news.generation = spec.generation);
+        self.0
+            .news
+            .send_modify(|news| news.generation = spec.generation);
         Ok(NodeSpecReceipt {
             generation: spec.generation,
             changed,
@@ -145,7 +151,14 @@ impl AgentApi for Handle {
 
     async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {
         self.0.answer().await;
-        let held = self.0.state.lock().unwrap().spec.as_ref().map(|s| s.generation);
+        let held = self
+            .0
+            .state
+            .lock()
+            .unwrap()
+            .spec
+            .as_ref()
+            .map(|s| s.generation);
         if held != Some(batch.generation) {
             return Err(Problem::conflict("stale", "the batch is of another generation").into());
         }
@@ -161,7 +174,10 @@ impl AgentApi for Handle {
         Ok(())
     }
 
-    async fn resolve_modules(&self, types: &[String]) -> Result<Vec<ModuleResolution>, ClientError> {
+    async fn resolve_modules(
+        &self,
+        types: &[String],
+    ) -> Result<Vec<ModuleResolution>, ClientError> {
         self.0.answer().await;
         let state = self.0.state.lock().unwrap();
         let resolve = |name: &String| ModuleResolution {
@@ -170,7 +186,10 @@ impl AgentApi for Handle {
                 path: format!("/modules/{name}.so"),
                 digest: format!("digest-of-{name}"),
             }),
-            searched: vec![format!("/modules/lib{name}.so"), format!("/modules/{name}.so")],
+            searched: vec![
+                format!("/modules/lib{name}.so"),
+                format!("/modules/{name}.so"),
+            ],
         };
         Ok(types.iter().map(resolve).collect())
     }

@@ -66,7 +66,8 @@ async fn ready(
             }
             continue;
         }
-        let gate = news.wait_for(|news| news.succeeded.contains(need) || news.failed.contains(need));
+        let gate =
+            news.wait_for(|news| news.succeeded.contains(need) || news.failed.contains(need));
         let failed = gate.await.unwrap().failed.contains(need);
         if failed {
             return Err(skipped(Some(*need), "a gate failed"));
@@ -153,7 +154,12 @@ fn change(state: &mut State, step: &Step) {
                 component.configuration.active = configuration.active;
             }
             for (set, values) in configuration.sets {
-                component.configuration.sets.entry(set).or_default().extend(values);
+                component
+                    .configuration
+                    .sets
+                    .entry(set)
+                    .or_default()
+                    .extend(values);
             }
         }
         Work::Connect { connector } => {
@@ -192,7 +198,9 @@ fn change(state: &mut State, step: &Step) {
             component.connectors.retain(|c| c.name != connector);
         }
         Work::Delete { manager, instance } => {
-            at(state, &manager).components.retain(|c| c.instance != instance);
+            at(state, &manager)
+                .components
+                .retain(|c| c.instance != instance);
         }
         Work::StopManager { manager, .. } => state.managers.retain(|m| m.key != manager),
     }
@@ -208,7 +216,10 @@ fn component<'a>(
     instance: &str,
 ) -> &'a mut ComponentObserved {
     let components = &mut at(state, key).components;
-    components.iter_mut().find(|c| c.instance == instance).unwrap()
+    components
+        .iter_mut()
+        .find(|c| c.instance == instance)
+        .unwrap()
 }
 
 /// Of a component on this node; other nodes' have one that the planner takes for granted.

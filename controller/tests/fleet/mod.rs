@@ -14,7 +14,7 @@ use std::time::Duration;
 use jiff::Timestamp;
 use rts_agent_api::ClientError;
 use rts_agent_api::session::{Heartbeat, SessionGreeting};
-use rts_controller::clock::{Clock, Chance};
+use rts_controller::clock::{Chance, Clock};
 use rts_controller::fleet::{Agent, Fleet};
 use rts_controller::store::{MemoryStore, Store};
 use rts_controller::{Core, Inputs, Reconciler};
@@ -55,7 +55,10 @@ pub struct FakeFleet(Arc<Mutex<BTreeMap<String, Arc<FakeAgent>>>>);
 impl FakeFleet {
     pub fn add(&self, node: &str, types: &[&str]) -> Arc<FakeAgent> {
         let agent = Arc::new(FakeAgent::new(node, types));
-        self.0.lock().unwrap().insert(node.to_owned(), Arc::clone(&agent));
+        self.0
+            .lock()
+            .unwrap()
+            .insert(node.to_owned(), Arc::clone(&agent));
         agent
     }
 }
@@ -63,10 +66,12 @@ impl FakeFleet {
 impl Fleet for FakeFleet {
     fn agent(&self, node: &str, endpoint: &str) -> Result<Arc<dyn Agent>, ClientError> {
         let agents = self.0.lock().unwrap();
-        let agent = agents.get(endpoint).ok_or_else(|| ClientError::Unreachable {
-            socket: endpoint.into(),
-            reason: format!("there is no agent of node {node}"),
-        })?;
+        let agent = agents
+            .get(endpoint)
+            .ok_or_else(|| ClientError::Unreachable {
+                socket: endpoint.into(),
+                reason: format!("there is no agent of node {node}"),
+            })?;
         Ok(Arc::new(agent::Handle(Arc::clone(agent))))
     }
 }
@@ -161,7 +166,11 @@ impl Cluster {
     }
 
     /// Waits, in the test's time, until a system looks like this.
-    pub async fn until(&self, name: &str, what: impl Fn(Option<&System>) -> bool) -> Option<System> {
+    pub async fn until(
+        &self,
+        name: &str,
+        what: impl Fn(Option<&System>) -> bool,
+    ) -> Option<System> {
         let mut changes = self.core.view.subscribe();
         let wait = async {
             loop {
@@ -174,7 +183,10 @@ impl Cluster {
         };
         match tokio::time::timeout(Duration::from_secs(120), wait).await {
             Ok(system) => system,
-            Err(_) => panic!("it never came to that: {:#?}", self.system(name).map(|s| s.status)),
+            Err(_) => panic!(
+                "it never came to that: {:#?}",
+                self.system(name).map(|s| s.status)
+            ),
         }
     }
 

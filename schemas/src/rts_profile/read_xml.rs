@@ -119,7 +119,10 @@ fn unknown_element(element: &Element, source: &Source) -> Finding {
         format!("`<{}>` is not known here and was not read", element.qname),
     );
     let orders = OrderKind::ALL.map(OrderKind::element);
-    let known = INNER.into_iter().chain(orders).chain(["Components", "Groups"]);
+    let known = INNER
+        .into_iter()
+        .chain(orders)
+        .chain(["Components", "Groups"]);
     let finding = match suggest::nearest(&element.local, known) {
         Some(near) => finding.help(format!("did you mean `{near}`?")),
         None => finding.help("remove it if it means nothing"),

@@ -1,9 +1,8 @@
 //! YAML tree → mirror, by the keys that the reference library `rtsprofile` writes.
 
-use super::model::{
-    Component, Condition, ConfigurationSet, Connector, ExecutionContext, Group, Order, OrderKind,
-    Port, Preceding, Property, RtsProfile, Target,
-};
+mod items;
+
+use super::model::{Order, OrderKind, RtsProfile};
 use crate::diagnostic::{Finding, Report, Source};
 use crate::span::{Span, Text};
 use crate::suggest;
@@ -29,19 +28,19 @@ pub(super) fn profile(root: &Node, source: &Source, report: &mut Report) -> Opti
         comment: text(body, "comment"),
         creation_date: date(body, "creationDate"),
         update_date: date(body, "updateDate"),
-        components: reader
-            .list(body, "components")
-            .iter()
-            .map(component)
-            .collect(),
-        groups: reader.list(body, "groups").iter().map(group).collect(),
+        components: reader.all(body, "components", Reader::component),
+        groups: reader.all(body, "groups", Reader::group),
         ..RtsProfile::default()
     };
     for node in reader.list(body, "dataPortConnectors") {
-        profile.connectors.push(connector(node, PortKind::Data));
+        profile
+            .connectors
+            .push(reader.connector(node, PortKind::Data));
     }
     for node in reader.list(body, "servicePortConnectors") {
-        profile.connectors.push(connector(node, PortKind::Service));
+        profile
+            .connectors
+            .push(reader.connector(node, PortKind::Service));
     }
     for kind in OrderKind::ALL {
         if let Some(node) = body.get(&key_of(kind)) {
@@ -81,7 +80,7 @@ impl Reader<'_> {
                 "this is an RTC Profile, which describes one component; a system is described by `rtsProfile:`"
             }
             Some("apiVersion" | "kind") => {
-                "this is a deployment overlay: give it with `--overlay`, beside a profile"
+                "this is a deployment overlay: name the profile first, then this file (`-f PROFILE -f OVERLAY`)"
             }
             _ => "the root of an RTS Profile in YAML is `rtsProfile:`",
         };
@@ -90,7 +89,10 @@ impl Reader<'_> {
 
     /// The items under a key; something else than a list there is an error.
     fn list<'n>(&mut self, node: &'n Node, key: &str) -> &'n [Node] {
-        match node.get(key) {
+        match node
+            .get(key)
+            .or_else(|| node.get(&format!("rtsExt::{key}")))
+        {
             Some(Node {
                 value: Value::Sequence(items),
                 ..
@@ -112,11 +114,17 @@ impl Reader<'_> {
         }
     }
 
+    /// The items under a key, each read by `item`.
+    fn all<T>(&mut self, node: &Node, key: &str, item: impl Fn(&mut Self, &Node) -> T) -> Vec<T> {
+        let nodes = self.list(node, key);
+        nodes.iter().map(|node| item(self, node)).collect()
+    }
+
     fn order(&mut self, node: &Node, kind: OrderKind) -> Order {
         Order {
             span: node.span,
             kind,
-            conditions: self.list(node, "targets").iter().map(condition).collect(),
+            conditions: self.all(node, "targets", Reader::condition),
         }
     }
 
@@ -194,142 +202,4 @@ fn date(node: &Node, key: &str) -> Option<Text> {
         ),
         date.span,
     ))
-}
-
-fn items<'n>(node: &'n Node, key: &str) -> &'n [Node] {
-    node.get(key)
-        .or_else(|| node.get(&format!("rtsExt::{key}")))
-        .map_or(&[], Node::items)
-}
-
-fn property(node: &Node, value: &str) -> Property {
-    Property {
-        span: node.span,
-        name: text(node, "name"),
-        value: text(node, value),
-    }
-}
-
-fn properties(node: &Node) -> Vec<Property> {
-    items(node, "properties")
-        .iter()
-        .map(|item| property(item, "value"))
-        .collect()
-}
-
-fn component(node: &Node) -> Component {
-    Component {
-        span: node.span,
-        id: text(node, "id"),
-        instance_name: text(node, "instanceName"),
-        path_uri: text(node, "pathUri"),
-        composite_type: text(node, "compositeType"),
-        is_required: text(node, "isRequired"),
-        active_configuration_set: text(node, "activeConfigurationSet"),
-        data_ports: items(node, "dataPorts").iter().map(port).collect(),
-        service_ports: items(node, "servicePorts").iter().map(port).collect(),
-        configuration_sets: items(node, "configurationSets")
-            .iter()
-            .map(configuration_set)
-            .collect(),
-        execution_contexts: items(node, "executionContexts")
-            .iter()
-            .map(execution_context)
-            .collect(),
-        participants: items(node, "participants")
-            .iter()
-            .map(|item| target(item.get("participant").unwrap_or(item)))
-            .collect(),
-        properties: properties(node),
-    }
-}
-
-fn port(node: &Node) -> Port {
-    Port {
-        span: node.span,
-        name: text(node, "name"),
-        properties: properties(node),
-    }
-}
-
-fn configuration_set(node: &Node) -> ConfigurationSet {
-    ConfigurationSet {
-        span: node.span,
-        id: text(node, "id"),
-        data: items(node, "configurationData")
-            .iter()
-            .map(|item| property(item, "data"))
-            .collect(),
-    }
-}
-
-fn execution_context(node: &Node) -> ExecutionContext {
-    ExecutionContext {
-        span: node.span,
-        id: text(node, "id"),
-        kind: text(node, "kind"),
-        rate: text(node, "rate"),
-        properties: properties(node),
-    }
-}
-
-fn target(node: &Node) -> Target {
-    Target {
-        span: node.span,
-        id: text(node, "id"),
-        instance_name: text(node, "instanceName"),
-        component_id: text(node, "componentId"),
-        port_name: text(node, "portName"),
-        properties: properties(node),
-    }
-}
-
-fn group(node: &Node) -> Group {
-    Group {
-        span: node.span,
-        id: text(node, "groupId"),
-        members: items(node, "members").iter().map(target).collect(),
-    }
-}
-
-fn connector(node: &Node, kind: PortKind) -> Connector {
-    let (source, target_key) = match kind {
-        PortKind::Data => ("sourceDataPort", "targetDataPort"),
-        PortKind::Service => ("sourceServicePort", "targetServicePort"),
-    };
-    Connector {
-        span: node.span,
-        kind,
-        connector_id: text(node, "connectorId"),
-        name: text(node, "name"),
-        data_type: text(node, "dataType"),
-        interface_type: text(node, "interfaceType"),
-        dataflow_type: text(node, "dataflowType"),
-        subscription_type: text(node, "subscriptionType"),
-        push_interval: text(node, "pushInterval"),
-        source: node.get(source).map(target),
-        target: node.get(target_key).map(target),
-        properties: properties(node),
-    }
-}
-
-fn condition(node: &Node) -> Condition {
-    let choice = node.get("condition").unwrap_or(node);
-    Condition {
-        span: node.span,
-        sequence: text(node, "sequence"),
-        target: node.get("targetComponent").map(target),
-        wait_time: choice
-            .get("waitTime")
-            .and_then(|wait| wait.text().or_else(|| text(wait, "waitTime"))),
-        preceding: choice.get("preceding").map(|preceding| Preceding {
-            span: preceding.span,
-            sending_timing: text(preceding, "sendingTiming"),
-            timeout: text(preceding, "timeout"),
-            components: items(preceding, "precedingComponents")
-                .iter()
-                .map(target)
-                .collect(),
-        }),
-    }
 }

@@ -6,6 +6,7 @@ mod instance;
 mod lifecycle;
 mod run;
 mod spawn;
+mod steps;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};

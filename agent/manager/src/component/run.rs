@@ -5,15 +5,13 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::{Failure, FailureCode};
-use rts_runtime::abi::{callback, return_code};
+use rts_manager_api::control::Failure;
+use rts_runtime::abi::callback;
 
-use super::configuration::Sets;
 use super::instance::{CallFailed, Instance};
-use super::lifecycle::{Transition, Verdict, verdict};
-use super::spawn::check_rate;
+use super::lifecycle::Transition;
+use super::steps::refusal;
 use super::{Action, Command, Component, State};
-use crate::failure::{failure, invalid};
 use crate::log::Level;
 use crate::manager::Manager;
 use crate::sync::lock;
@@ -54,12 +52,18 @@ pub fn run(
     }
 }
 
-struct Context<'a> {
-    manager: &'a Manager,
-    component: &'a Arc<Component>,
-    instance: Instance,
-    period: Duration,
-    next: Instant,
+/// The thread's own view of its component.
+pub struct Context<'a> {
+    /// The manager that holds it.
+    pub manager: &'a Manager,
+    /// Its visible part.
+    pub component: &'a Arc<Component>,
+    /// The instance.
+    pub instance: Instance,
+    /// Between two ticks.
+    pub period: Duration,
+    /// The next tick.
+    pub next: Instant,
 }
 
 impl<'a> Context<'a> {
@@ -154,131 +158,6 @@ impl<'a> Context<'a> {
         None
     }
 
-    fn transition(&mut self, transition: Transition) -> Result<(), Failure> {
-        let name = &self.component.identity.instance;
-        let state = self.component.state();
-        let (number, then, otherwise) = match verdict(state, transition) {
-            Verdict::Already => return Ok(()),
-            Verdict::Refused(why) => return Err(self.refused(why)),
-            Verdict::Call {
-                callback,
-                then,
-                otherwise,
-            } => (callback, then, otherwise),
-        };
-        match self.instance.callback(number) {
-            Ok(()) => {
-                self.enter(then, None);
-                self.next = Instant::now();
-                Ok(())
-            }
-            Err(error) => {
-                if otherwise == State::Error && state != State::Error {
-                    self.abort(&error.message);
-                } else {
-                    self.enter(otherwise, Some(error.message.clone()));
-                }
-                Err(failure(
-                    FailureCode::ComponentFailed,
-                    format!("{name}: {}", error.message),
-                ))
-            }
-        }
-    }
-
-    fn refused(&self, why: &str) -> Failure {
-        let reason = match &lock(&self.component.status).message {
-            Some(message) => format!(" ({message})"),
-            None => String::new(),
-        };
-        failure(
-            FailureCode::ComponentFailed,
-            format!("{}: {why}{reason}", self.component.identity.instance),
-        )
-    }
-
-    /// Goes to Error. The state shows before `on_aborting` is called, which might hang.
-    fn abort(&mut self, reason: &str) {
-        let Verdict::Call { callback, then, .. } =
-            verdict(self.component.state(), Transition::Abort)
-        else {
-            return;
-        };
-        self.enter(then, Some(reason.to_owned()));
-        self.changed(&format!("went to {}: {reason}", then.name()));
-        if let Err(error) = self.instance.callback(callback) {
-            self.component.log.write(Level::Warn, &error.message);
-        }
-    }
-
-    fn enter(&self, state: State, message: Option<String>) {
-        let mut status = lock(&self.component.status);
-        let former = std::mem::replace(&mut status.state, state);
-        status.message.clone_from(&message);
-        drop(status);
-        let (level, reason) = match message {
-            Some(message) => (Level::Error, format!(": {message}")),
-            None => (Level::Info, String::new()),
-        };
-        let line = format!("{} -> {}{reason}", former.name(), state.name());
-        self.component.log.write(level, &line);
-    }
-
-    fn changed(&self, message: &str) {
-        self.manager
-            .events
-            .changed(self.component.target(), message.to_owned());
-    }
-
-    /// Changes values, active set and rate. Either all values are taken or none.
-    fn configure(
-        &mut self,
-        sets: &Sets,
-        active: Option<&str>,
-        rate: Option<f64>,
-    ) -> Result<(), Failure> {
-        rate.map_or(Ok(()), check_rate)?;
-        let old = lock(&self.component.status).configuration.clone();
-        let new = old
-            .updated(sets, active)
-            .map_err(|e| invalid(format!("{}: {e}", self.component.identity.instance)))?;
-        let before = old.effective();
-        let mut taken = Vec::new();
-        for (name, value) in new.effective() {
-            let former = before.get(name).copied();
-            if former == Some(value) {
-                continue;
-            }
-            if let Err(error) = self.instance.configure(name, value) {
-                for (name, former) in taken {
-                    let _ = self.instance.configure(name, former);
-                }
-                return Err(refusal(self.component, &error));
-            }
-            taken.extend(former.map(|former| (name, former)));
-            self.component
-                .log
-                .write(Level::Info, &format!("configured {name} = {value}"));
-        }
-        lock(&self.component.status).configuration = new;
-        rate.map_or(Ok(()), |rate| self.set_rate(rate))
-    }
-
-    fn set_rate(&mut self, rate: f64) -> Result<(), Failure> {
-        let former = std::mem::replace(&mut lock(&self.component.status).rate, rate);
-        if former == rate {
-            return Ok(());
-        }
-        self.period = period(rate);
-        self.next = self.next.min(Instant::now() + self.period);
-        self.component
-            .log
-            .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        self.instance
-            .callback(callback::RATE_CHANGED)
-            .map_err(|e| refusal(self.component, &e))
-    }
-
     /// Takes the component down. What fails on the way is logged and goes on.
     fn end(mut self) {
         // A failing on_deactivated leads to Error, which is as good a state to finalise from.
@@ -291,19 +170,8 @@ impl<'a> Context<'a> {
     }
 }
 
-/// A refused value is the sender's mistake, anything else the component's.
-fn refusal(component: &Component, error: &CallFailed) -> Failure {
-    let code = match error.code {
-        return_code::BAD_PARAMETER => FailureCode::Invalid,
-        _ => FailureCode::ComponentFailed,
-    };
-    failure(
-        code,
-        format!("{}: {}", component.identity.instance, error.message),
-    )
-}
-
-fn period(rate: f64) -> Duration {
+/// Time between two ticks.
+pub fn period(rate: f64) -> Duration {
     Duration::from_secs_f64(1.0 / rate)
 }
 

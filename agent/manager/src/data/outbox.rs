@@ -121,3 +121,65 @@ impl Outbox {
         let _ = rustix::io::write(&self.filled, &1_u64.to_ne_bytes());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::thread;
+
+    use super::*;
+    use crate::data::in_port::{InPort, Source};
+    use crate::data::receive::receive;
+
+    #[test]
+    fn samples_of_all_sizes_pass_and_both_ends_notice_the_end() {
+        let (left, right) = UnixStream::pair().unwrap();
+        let outbox = Arc::new(Outbox::new(left).unwrap());
+        let sender = thread::spawn({
+            let outbox = Arc::clone(&outbox);
+            move || outbox.send()
+        });
+        let port = Arc::new(InPort::new("in", "T"));
+        let source = Arc::new(Source::new(None));
+        let receiver = thread::spawn({
+            let (port, source) = (Arc::clone(&port), Arc::clone(&source));
+            move || receive(&right, &port, &source)
+        });
+        let sizes = [0, 10, 40_000, 1 << 20, 1, 32_767, 32_768, 65_536];
+        for (sequence, size) in (1..).zip(sizes) {
+            let payload = vec![size as u8; size];
+            assert_eq!(outbox.push(sequence, payload.into(), || ()), 0);
+        }
+        for size in sizes {
+            let payload = loop {
+                match port.read() {
+                    Some(payload) => break payload,
+                    None => thread::yield_now(),
+                }
+            };
+            assert_eq!(payload.len(), size);
+            assert!(payload.iter().all(|byte| *byte == size as u8));
+        }
+        assert_eq!(source.counts().gaps, 0);
+        outbox.close();
+        receiver.join().unwrap().unwrap();
+        sender.join().unwrap();
+    }
+
+    #[test]
+    fn a_stalled_receiver_costs_the_oldest_samples_and_blocks_nobody() {
+        let (left, right) = UnixStream::pair().unwrap();
+        let outbox = Arc::new(Outbox::new(left).unwrap());
+        let sender = thread::spawn({
+            let outbox = Arc::clone(&outbox);
+            move || outbox.send()
+        });
+        let payload = Payload::from(vec![0; 1 << 20]);
+        let drops: u64 = (1..200)
+            .map(|sequence| outbox.push(sequence, payload.clone(), || ()))
+            .sum();
+        assert!(drops > 100, "{drops}");
+        drop(right);
+        assert!(!sender.join().unwrap().is_empty());
+    }
+}

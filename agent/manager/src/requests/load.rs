@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
-use std::thread;
 use std::time::Instant;
 
 use rts_manager_api::control::{Failure, FailureCode, ResponseBody};
@@ -13,7 +12,7 @@ use crate::manager::Manager;
 use crate::module::Module;
 use crate::sync::lock;
 
-/// Opens a module, on a thread of its own: initialisers of a library may hang.
+/// Opens a module, on another thread: initialisers of a library may hang.
 pub fn load(
     manager: &Arc<Manager>,
     type_name: &str,
@@ -27,13 +26,13 @@ pub fn load(
         return Err(invalid(format!("the module path `{path}` is not absolute")));
     }
     let (reply, answer) = sync_channel(1);
-    let spawned = thread::Builder::new().name("dlopen".to_owned()).spawn({
+    let job = {
         let (manager, type_name, path) =
             (Arc::clone(manager), type_name.to_owned(), path.to_owned());
         // Nobody may wait any more; the module then stays loaded.
         move || drop(reply.send(open(&manager, &type_name, &path)))
-    });
-    spawned.map_err(|e| internal(format!("no thread to load {path}: {e}")))?;
+    };
+    manager.pool.run(job).map_err(internal)?;
     let left = deadline.saturating_duration_since(Instant::now());
     let module = answer.recv_timeout(left).map_err(|_| {
         failure(

@@ -214,9 +214,7 @@ impl World {
                 "there would be two of this name",
             )?;
         }
-        let absent = self.not_yet(step, instance, &["startUp", "initializing"], |c| {
-            c.is_some()
-        });
+        let absent = self.not_yet(step, instance, &["startUp", "initializing"], |_| true);
         check(
             absent.is_empty(),
             &format!("{absent:?} must be there first"),
@@ -280,8 +278,7 @@ impl World {
         key: &ManagerKey,
         instance: &str,
     ) -> Result<(), Broken> {
-        let active =
-            |c: Option<&ComponentObserved>| c.is_some_and(|c| c.state == LifeCycleState::Active);
+        let active = |c: &ComponentObserved| c.state == LifeCycleState::Active;
         let late = self.not_yet(step, instance, &["activation"], active);
         check(late.is_empty(), &format!("{late:?} must be Active first"))?;
         let component = self.find(node, key, instance)?;
@@ -364,20 +361,25 @@ impl World {
         step: &Step,
         instance: &str,
         orders: &[&str],
-        ready: impl Fn(Option<&ComponentObserved>) -> bool,
+        ready: impl Fn(&ComponentObserved) -> bool,
     ) -> Vec<String> {
         predecessors(&self.conditions(step, orders), instance)
             .into_iter()
             .filter(|(_, timing)| *timing == SendingTiming::Sync)
             .map(|(before, _)| before)
-            .filter(|before| !ready(self.component_of(step, before)))
+            .filter(|before| !self.any_instance(step, before, &ready))
             .collect()
     }
 
-    fn component_of(&self, step: &Step, instance: &str) -> Option<&ComponentObserved> {
+    /// There may be a second instance for a while, after a silent node has come back.
+    fn any_instance(
+        &self,
+        step: &Step,
+        instance: &str,
+        is: impl Fn(&ComponentObserved) -> bool,
+    ) -> bool {
         let mut all = self.components();
-        all.find(|(_, _, c)| c.instance == instance && c.system == step.system)
-            .map(|(_, _, c)| c)
+        all.any(|(_, _, c)| c.instance == instance && c.system == step.system && is(c))
     }
 
     fn conditions(&self, step: &Step, orders: &[&str]) -> Vec<Vec<Condition>> {

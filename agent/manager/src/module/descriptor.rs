@@ -1,108 +1,19 @@
-//! Modules: opening a shared library and reading its descriptor with distrust.
-//!
-//! A library is never closed: its threads, destructors and static data may still be in use.
+//! Reading the descriptor of a module with distrust.
 
 #![allow(unsafe_code)]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::mem::{ManuallyDrop, offset_of, size_of};
-use std::path::Path;
+use std::mem::{offset_of, size_of};
 
-use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-use rts_manager_api::control::{ModuleInfo, PortInfo};
-use rts_runtime::abi::{self, ABI_VERSION, ENTRY, Entry};
+use rts_runtime::abi::{self, ABI_VERSION};
 
+use super::{Direction, Functions, Module, Port};
 use crate::text::{self, TextError};
 
 /// Most ports, and most parameters, of a type.
 const MAX_ITEMS: usize = 1024;
 const MAX_NAME: usize = 256;
 const MAX_VALUE: usize = 64 * 1024;
-
-/// Direction of a port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// Reads.
-    In,
-    /// Writes.
-    Out,
-}
-
-/// A port of a type.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Port {
-    /// Bare name.
-    pub name: String,
-    /// IDL repository id.
-    pub data_type: String,
-    /// Direction.
-    pub direction: Direction,
-}
-
-/// A module that was opened, its descriptor checked and copied.
-#[derive(Debug)]
-pub struct Module {
-    /// Type name.
-    pub type_name: String,
-    /// Path that was opened.
-    pub path: String,
-    /// Ports, by their index in the ABI.
-    pub ports: Vec<Port>,
-    /// Parameters with their defaults.
-    pub parameters: BTreeMap<String, String>,
-    /// Rate in Hz when nothing else is said.
-    pub default_rate: f64,
-    /// Its four functions.
-    pub functions: Functions,
-    texts: [String; 4],
-}
-
-/// What a module offers for its instances; valid for the life of the process.
-#[derive(Debug, Clone, Copy)]
-pub struct Functions {
-    /// See [`abi::Module::create`].
-    pub create: unsafe extern "C" fn(*const abi::Host, *mut *mut std::ffi::c_void) -> i32,
-    /// See [`abi::Module::destroy`].
-    pub destroy: unsafe extern "C" fn(*mut std::ffi::c_void),
-    /// See [`abi::Module::callback`].
-    pub callback: unsafe extern "C" fn(*mut std::ffi::c_void, u32) -> i32,
-    /// See [`abi::Module::configure`].
-    pub configure: unsafe extern "C" fn(*mut std::ffi::c_void, abi::Text, abi::Text) -> i32,
-}
-
-/// A module that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum LoadError {
-    /// dlopen failed.
-    #[error(
-        "the module cannot be opened: {reason}; check that the file is a shared library for this machine and that \
-         `ldd {path}` finds all it needs"
-    )]
-    Open {
-        /// Text of dlerror.
-        reason: String,
-        /// Path that was tried.
-        path: String,
-    },
-    /// It does not export the entry function.
-    #[error(
-        "{path} exports no function {ENTRY}: {reason}; is it a module, built with its export macro?"
-    )]
-    Entry {
-        /// Text of dlerror.
-        reason: String,
-        /// Path that was opened.
-        path: String,
-    },
-    /// Its descriptor is not acceptable.
-    #[error("{path} is not a usable module: {reason}; rebuild it with the SDK of this manager")]
-    Descriptor {
-        /// What is wrong.
-        reason: DescriptorError,
-        /// Path that was opened.
-        path: String,
-    },
-}
 
 /// What is wrong with a descriptor.
 #[derive(Debug, PartialEq, thiserror::Error)]
@@ -151,71 +62,11 @@ pub enum DescriptorError {
     },
 }
 
-impl Module {
-    /// Opens a module and checks that it holds the type.
-    pub fn load(path: &Path, type_name: &str) -> Result<Self, LoadError> {
-        let shown = path.display().to_string();
-        // SAFETY: initialisers of the library run here. That is what loading a module is for; who may place files
-        // in the module paths may run code in this process.
-        let library =
-            unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
-                LoadError::Open {
-                    reason: chain(&error),
-                    path: shown.clone(),
-                }
-            })?;
-        let library = ManuallyDrop::new(library);
-        // SAFETY: the ABI fixes the type of the function with this name.
-        let entry = unsafe { library.get::<Entry>(ENTRY.as_bytes()) }.map_err(|error| {
-            LoadError::Entry {
-                reason: chain(&error),
-                path: shown.clone(),
-            }
-        })?;
-        // SAFETY: the ABI lets it be called at any time, and its answer lives as long as the process.
-        unsafe { describe(entry(), type_name, &shown) }.map_err(|reason| LoadError::Descriptor {
-            reason,
-            path: shown,
-        })
-    }
-
-    /// What it says of itself.
-    pub fn info(&self) -> ModuleInfo {
-        let [vendor, category, version, description] = self.texts.clone();
-        ModuleInfo {
-            type_name: self.type_name.clone(),
-            vendor,
-            category,
-            version,
-            description,
-            path: self.path.clone(),
-            ports: self.port_infos(),
-            parameters: self.parameters.clone(),
-        }
-    }
-
-    /// Its ports as the protocol shows them.
-    pub fn port_infos(&self) -> Vec<PortInfo> {
-        let direction = |direction| match direction {
-            Direction::In => "in",
-            Direction::Out => "out",
-        };
-        self.ports
-            .iter()
-            .map(|port| PortInfo {
-                name: port.name.clone(),
-                direction: direction(port.direction).to_owned(),
-                data_type: port.data_type.clone(),
-            })
-            .collect()
-    }
-}
-
 /// Copies a descriptor after checking each part of it.
 ///
 /// # Safety
 /// `module` is null or points to a descriptor whose lists have the lengths that they claim.
-unsafe fn describe(
+pub unsafe fn describe(
     module: *const abi::Module,
     type_name: &str,
     path: &str,
@@ -369,20 +220,6 @@ unsafe fn text(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
     unsafe { text::read(text, MAX_VALUE) }.map_err(|e| DescriptorError::Text(what.to_owned(), e))
 }
 
-/// An error with its causes: libloading keeps the text of dlerror as the cause.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let next = error.to_string();
-        if !text.contains(&next) {
-            text = format!("{text}: {next}");
-        }
-        cause = error.source();
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -498,19 +335,5 @@ mod tests {
             describe(base.cast(), "Filter", "x")
         };
         assert_eq!(error.unwrap_err(), DescriptorError::Function("create"));
-    }
-
-    #[test]
-    fn a_file_that_is_no_library_says_so() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("libx.so");
-        let missing = Module::load(&path, "X").unwrap_err().to_string();
-        assert!(missing.contains("No such file"), "{missing}");
-        std::fs::write(&path, "no library").unwrap();
-        let error = Module::load(&path, "X").unwrap_err().to_string();
-        assert!(
-            error.contains("libx.so") && error.contains("ldd"),
-            "{error}"
-        );
     }
 }

@@ -1,0 +1,143 @@
+//! A controller that only listens to one agent.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU16, Ordering};
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::routing::post;
+use rts_agent_api::session::{
+    AgentEvent, HEARTBEAT, HEARTBEATS, Heartbeat, SESSIONS, SessionGreeting, SessionReply,
+};
+use rts_http::problem::Problem;
+use rts_http::server::{self, Json, ProblemResponse};
+use tempfile::TempDir;
+use tokio::sync::{Mutex, mpsc};
+use tokio::time::timeout;
+
+use crate::setup::PATIENCE;
+
+struct Ears {
+    greetings: mpsc::UnboundedSender<SessionGreeting>,
+    heartbeats: mpsc::UnboundedSender<Heartbeat>,
+    /// Status of the next answers to heartbeats; 404 once.
+    answer: AtomicU16,
+}
+
+pub struct FakeController {
+    folder: TempDir,
+    ears: Arc<Ears>,
+    greetings: Mutex<mpsc::UnboundedReceiver<SessionGreeting>>,
+    heartbeats: Mutex<mpsc::UnboundedReceiver<Heartbeat>>,
+}
+
+impl FakeController {
+    pub async fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let socket = folder.path().join("controller.sock");
+        Self::at(folder, socket).await
+    }
+
+    pub async fn at(folder: TempDir, socket: PathBuf) -> Self {
+        let (greeted, greetings) = mpsc::unbounded_channel();
+        let (beat, heartbeats) = mpsc::unbounded_channel();
+        let ears = Arc::new(Ears {
+            greetings: greeted,
+            heartbeats: beat,
+            answer: AtomicU16::new(204),
+        });
+        let router = axum::Router::new()
+            .route(SESSIONS, post(greet))
+            .route(HEARTBEATS, post(heartbeat))
+            .with_state(ears.clone());
+        let listener = server::bind(&socket).unwrap();
+        tokio::spawn(server::serve(listener, router, std::future::pending()));
+        Self {
+            folder,
+            ears,
+            greetings: Mutex::new(greetings),
+            heartbeats: Mutex::new(heartbeats),
+        }
+    }
+
+    pub fn socket(&self) -> PathBuf {
+        self.folder.path().join("controller.sock")
+    }
+
+    /// Answers one heartbeat with 404.
+    pub fn forget(&self) {
+        self.ears.answer.store(404, Ordering::SeqCst);
+    }
+
+    /// Answers heartbeats with 409 from now on.
+    pub fn supersede(&self) {
+        self.ears.answer.store(409, Ordering::SeqCst);
+    }
+
+    pub async fn greeting(&self) -> SessionGreeting {
+        let mut greetings = self.greetings.lock().await;
+        timeout(PATIENCE, greetings.recv()).await.unwrap().unwrap()
+    }
+
+    async fn heartbeat(&self) -> Heartbeat {
+        let mut heartbeats = self.heartbeats.lock().await;
+        timeout(PATIENCE, heartbeats.recv()).await.unwrap().unwrap()
+    }
+
+    /// Waits for an event with this reason; those before it are dropped.
+    pub async fn event(&self, reason: &str) -> AgentEvent {
+        loop {
+            let mut events = self.heartbeat().await.events.into_iter();
+            if let Some(event) = events.find(|e| e.reason == reason) {
+                return event;
+            }
+        }
+    }
+
+    pub async fn revision_above(&self, revision: u64) {
+        while self.heartbeat().await.inventory_revision <= revision {}
+    }
+
+    /// Waits for the heartbeat that is answered with 409, and checks that no other follows.
+    pub async fn quiet(&self) {
+        let mut heartbeats = self.heartbeats.lock().await;
+        timeout(PATIENCE, heartbeats.recv()).await.unwrap().unwrap();
+        let mut late = 0;
+        while timeout(HEARTBEAT * 5 / 2, heartbeats.recv()).await.is_ok() {
+            late += 1;
+            assert!(late < 3, "heartbeats go on");
+        }
+    }
+}
+
+async fn greet(
+    State(ears): State<Arc<Ears>>,
+    Json(greeting): Json<SessionGreeting>,
+) -> Json<SessionReply> {
+    let _ = ears.greetings.send(greeting);
+    Json(SessionReply {
+        cluster_uid: "cluster".to_owned(),
+        epoch: 1,
+    })
+}
+
+async fn heartbeat(
+    State(ears): State<Arc<Ears>>,
+    Json(heartbeat): Json<Heartbeat>,
+) -> Result<StatusCode, ProblemResponse> {
+    match ears.answer.load(Ordering::SeqCst) {
+        404 => {
+            ears.answer.store(204, Ordering::SeqCst);
+            Err(Problem::not_found("no such session").into())
+        }
+        409 => {
+            let _ = ears.heartbeats.send(heartbeat);
+            Err(Problem::conflict("superseded", "a newer session has taken over").into())
+        }
+        _ => {
+            let _ = ears.heartbeats.send(heartbeat);
+            Ok(StatusCode::NO_CONTENT)
+        }
+    }
+}

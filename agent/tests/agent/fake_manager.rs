@@ -1,0 +1,340 @@
+//! A process that speaks the control protocol and holds pretended components. It is this very test program, started
+//! again through a script.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write;
+use std::os::fd::AsFd;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::control::{
+    BindingInfo, ComponentInfo, ConnectorInfo, CreateRequest, Failure, FailureCode, FromManager,
+    Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request, RequestBody, Response,
+    ResponseBody, SystemId,
+};
+use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
+use rts_manager_api::frame;
+
+/// Writes a script that can be started as a manager program. `behaviour` is empty, `early` or `grandchild`.
+pub fn program(folder: &Path, behaviour: &str) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let path = folder.join("fake-manager");
+    let test = std::env::current_exe().unwrap();
+    let text = format!(
+        "#!/bin/sh\nexport RTS_FAKE_BEHAVIOUR={behaviour} RTS_FAKE_ARGS=\"$*\"\nexec '{}' --exact fake_manager::process --nocapture --test-threads=1\n",
+        test.display()
+    );
+    std::fs::write(&path, text).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o700)).unwrap();
+    path
+}
+
+/// Not a test of its own: what the script runs.
+#[test]
+fn process() {
+    let Ok(args) = std::env::var("RTS_FAKE_ARGS") else {
+        println!("not started as a manager: nothing to do");
+        return;
+    };
+    match std::env::var("RTS_FAKE_BEHAVIOUR")
+        .unwrap_or_default()
+        .as_str()
+    {
+        "early" => {
+            eprintln!("cannot find my library");
+            std::process::exit(3);
+        }
+        "grandchild" => {
+            std::process::Command::new("sleep")
+                .arg("1000")
+                .spawn()
+                .unwrap();
+        }
+        _ => {}
+    }
+    serve(&args);
+}
+
+#[derive(Default)]
+struct Contents {
+    modules: BTreeMap<String, String>,
+    components: BTreeMap<String, ComponentInfo>,
+}
+
+struct Fake {
+    hello: Hello,
+    contents: Mutex<Contents>,
+}
+
+fn serve(args: &str) {
+    let args: Vec<&str> = args.split(' ').collect();
+    let option = |name: &str| {
+        let at = args.iter().position(|a| *a == name)?;
+        args.get(at + 1).map(|v| (*v).to_owned())
+    };
+    let dir = PathBuf::from(option("--dir").unwrap());
+    let system = option("--system-name").map(|name| SystemId {
+        name,
+        uid: option("--system-uid").unwrap(),
+    });
+    let lock = File::create(dir.join(LOCK)).unwrap();
+    rustix::fs::flock(&lock, rustix::fs::FlockOperation::LockExclusive).unwrap();
+    let hello = Hello {
+        version: PROTOCOL_VERSION,
+        system,
+        name: option("--name").unwrap(),
+        incarnation: option("--incarnation").unwrap(),
+        pid: std::process::id(),
+        started: "2026-01-01T00:00:00Z".to_owned(),
+    };
+    describe(&dir, &hello);
+    let listener = UnixListener::bind(dir.join(CONTROL_SOCKET)).unwrap();
+    let fake = Arc::new(Fake {
+        hello,
+        contents: Mutex::default(),
+    });
+    let stdin = std::io::stdin().as_fd().try_clone_to_owned().unwrap();
+    let first = fake.clone();
+    std::thread::spawn(move || first.converse(UnixStream::from(stdin)));
+    for stream in listener.incoming().flatten() {
+        let fake = fake.clone();
+        std::thread::spawn(move || fake.converse(stream));
+    }
+}
+
+fn describe(dir: &Path, hello: &Hello) {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields = stat.rsplit_once(") ").unwrap().1;
+    let boot_id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap();
+    let file = ManagerFile {
+        protocol_version: hello.version,
+        system: hello.system.clone(),
+        name: hello.name.clone(),
+        incarnation: hello.incarnation.clone(),
+        pid: hello.pid,
+        start_ticks: fields.split(' ').nth(19).unwrap().parse().unwrap(),
+        boot_id: boot_id.trim().to_owned(),
+        started: hello.started.clone(),
+    };
+    let path = dir.join(MANAGER_JSON);
+    std::fs::write(path, serde_json::to_vec(&file).unwrap()).unwrap();
+}
+
+fn refused(code: FailureCode, message: &str) -> Result<ResponseBody, Failure> {
+    Err(Failure {
+        code,
+        message: message.to_owned(),
+    })
+}
+
+impl Fake {
+    fn converse(&self, mut stream: UnixStream) {
+        let mut from = stream.try_clone().unwrap();
+        if frame::read::<Greeting>(&mut from).is_err() {
+            return;
+        }
+        frame::write(&mut stream, &self.hello).unwrap();
+        while let Ok(request) = frame::read::<Request>(&mut from) {
+            let last = request.body == RequestBody::Shutdown;
+            let response = Response {
+                id: request.id,
+                result: self.answer(request.body),
+            };
+            if frame::write(&mut stream, &FromManager::Response(response)).is_err() {
+                return;
+            }
+            if last {
+                std::process::exit(0);
+            }
+        }
+    }
+
+    fn answer(&self, body: RequestBody) -> Result<ResponseBody, Failure> {
+        let mut contents = self.contents.lock().unwrap();
+        let Contents {
+            modules,
+            components,
+        } = &mut *contents;
+        match body {
+            RequestBody::LoadModule { type_name, path } => {
+                modules.insert(type_name.clone(), path.clone());
+                return Ok(ResponseBody::Module(module(&type_name, &path)));
+            }
+            RequestBody::UnloadModule { type_name } => {
+                if modules.remove(&type_name).is_none() {
+                    return refused(FailureCode::NotFound, "no such module");
+                }
+            }
+            RequestBody::Factories => {
+                let all = modules.iter().map(|(name, path)| module(name, path));
+                return Ok(ResponseBody::Modules(all.collect()));
+            }
+            RequestBody::Create(request) => {
+                if components.contains_key(&request.instance) {
+                    return refused(FailureCode::Conflict, "it exists");
+                }
+                if request.type_name == "Crash" {
+                    std::process::abort();
+                }
+                let info = component(request);
+                let incarnation = info.incarnation.clone();
+                components.insert(info.instance.clone(), info);
+                return Ok(ResponseBody::Created { incarnation });
+            }
+            RequestBody::Bind(binding) => {
+                let Some(component) = components.get_mut(&binding.instance) else {
+                    return refused(FailureCode::NotFound, "no such component");
+                };
+                component
+                    .bindings
+                    .retain(|b| b.connector != binding.connector);
+                component.bindings.push(BindingInfo {
+                    connector: binding.connector,
+                    port: binding.port,
+                    connected: true,
+                    samples_received: 7,
+                    drops: 0,
+                    gaps: 0,
+                });
+                let incarnation = component.incarnation.clone();
+                return Ok(ResponseBody::Bound { incarnation });
+            }
+            RequestBody::Unbind { connector } => {
+                for component in components.values_mut() {
+                    component.bindings.retain(|b| b.connector != connector);
+                }
+            }
+            RequestBody::Connect(request) => {
+                let Some(component) = components.get_mut(&request.instance) else {
+                    return refused(FailureCode::NotFound, "no such component");
+                };
+                if component
+                    .connectors
+                    .iter()
+                    .any(|c| c.name == request.connector)
+                {
+                    return refused(FailureCode::Conflict, "connected already");
+                }
+                component.connectors.push(ConnectorInfo {
+                    name: request.connector,
+                    port: request.port,
+                    target_instance: request.target_instance,
+                    target_port: request.target_port,
+                    target_incarnation: request.target_incarnation,
+                    properties: request.properties,
+                    state: "Connected".to_owned(),
+                    transport: match &request.target_socket {
+                        Some(_) => "uds".to_owned(),
+                        None => "direct".to_owned(),
+                    },
+                    samples_sent: 9,
+                    bytes: 0,
+                    drops: 0,
+                });
+            }
+            RequestBody::Disconnect {
+                instance,
+                connector,
+            } => {
+                if let Some(component) = components.get_mut(&instance) {
+                    component.connectors.retain(|c| c.name != connector);
+                }
+            }
+            RequestBody::Configure { instance, sets, .. } => match components.get_mut(&instance) {
+                Some(component) => component.sets.extend(sets),
+                None => return refused(FailureCode::NotFound, "no such component"),
+            },
+            RequestBody::Activate { instance } => return turn(components, &instance, "Active"),
+            RequestBody::Deactivate { instance } | RequestBody::Reset { instance } => {
+                return turn(components, &instance, "Inactive");
+            }
+            RequestBody::Delete { instance } => {
+                components.remove(&instance);
+            }
+            RequestBody::Inventory => {
+                for component in components.values_mut() {
+                    component.executions += 1;
+                }
+                return Ok(ResponseBody::Inventory(ManagerInventory {
+                    modules: modules.keys().cloned().collect(),
+                    components: components.values().cloned().collect(),
+                }));
+            }
+            RequestBody::Shutdown => {}
+        }
+        Ok(ResponseBody::Done)
+    }
+}
+
+fn turn(
+    components: &mut BTreeMap<String, ComponentInfo>,
+    instance: &str,
+    state: &str,
+) -> Result<ResponseBody, Failure> {
+    match components.get_mut(instance) {
+        Some(component) => {
+            component.state = state.to_owned();
+            Ok(ResponseBody::Done)
+        }
+        None => refused(FailureCode::NotFound, "no such component"),
+    }
+}
+
+fn component(request: CreateRequest) -> ComponentInfo {
+    let mut log = File::options()
+        .append(true)
+        .create(true)
+        .open(&request.log_path)
+        .unwrap();
+    writeln!(log, "created {}", request.instance).unwrap();
+    ComponentInfo {
+        incarnation: uuid::Uuid::new_v4().to_string(),
+        recreate_hash: request.recreate_hash,
+        restarts: request.restarts,
+        created: "2026-01-01T00:00:00Z".to_owned(),
+        state: "Inactive".to_owned(),
+        message: None,
+        sets: request.sets,
+        active: request.active.unwrap_or("default".to_owned()),
+        execution_kind: request.execution_kind,
+        rate: request.rate.unwrap_or(1000.0),
+        executions: 0,
+        ports: vec![
+            PortInfo {
+                name: "in".to_owned(),
+                direction: "in".to_owned(),
+                data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+            },
+            PortInfo {
+                name: "out".to_owned(),
+                direction: "out".to_owned(),
+                data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+            },
+        ],
+        connectors: Vec::new(),
+        bindings: Vec::new(),
+        instance: request.instance,
+        type_name: request.type_name,
+        system: request.system,
+    }
+}
+
+fn module(type_name: &str, path: &str) -> ModuleInfo {
+    ModuleInfo {
+        type_name: type_name.to_owned(),
+        vendor: "test".to_owned(),
+        category: "test".to_owned(),
+        version: "1.0".to_owned(),
+        description: "pretends".to_owned(),
+        path: path.to_owned(),
+        ports: vec![PortInfo {
+            name: "out".to_owned(),
+            direction: "out".to_owned(),
+            data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+        }],
+        parameters: BTreeMap::new(),
+    }
+}

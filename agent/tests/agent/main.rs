@@ -1,0 +1,10 @@
+//! The agent as its controller and people see it: over HTTP, with real processes that speak the control protocol.
+
+mod batches;
+mod by_hand;
+mod fake_controller;
+mod fake_manager;
+mod life;
+mod node_spec;
+mod real_manager;
+mod setup;
