@@ -183,7 +183,7 @@ impl<'a> Decider<'_, 'a> {
         }
         let here = self.facts.processes.get(&want.seat()).copied();
         let there = instances.iter().map(|live| self.facts.lives[*live].manager);
-        let silent = here.into_iter().chain(there).find(|m| !m.responsive && false)?;
+        let silent = here.into_iter().chain(there).find(|m| !m.responsive)?;
         let (name, pid) = (silent.key.display_name(), silent.pid);
         Some(format!("manager {name} (pid {pid}) does not answer"))
     }
