@@ -4,11 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use futures_util::FutureExt;
 use futures_util::future::{BoxFuture, Shared};
 use rts_agent_api::messages::StepOutcome;
 use rts_plan::desired::SystemRef;
-use rts_plan::observed::{NodeObserved, Observed};
+use rts_plan::observed::Observed;
 use rts_plan::plan::{Plan, StepId};
 use rts_plan::{NodeFacts, Placed, StoredSystem};
 use tokio::sync::{Notify, watch};
@@ -16,7 +15,6 @@ use tokio::sync::{Notify, watch};
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
-use crate::observe::{self, Target};
 use crate::publish;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
@@ -73,7 +71,8 @@ pub struct Core {
     registry: Mutex<Registry>,
     world: Mutex<World>,
     reserved: AtomicU64,
-    refresh: Mutex<Option<Shared<BoxFuture<'static, ()>>>>,
+    /// An observation for readers that runs now, or the last one.
+    pub(crate) refresh: Mutex<Option<Shared<BoxFuture<'static, ()>>>>,
 }
 
 /// The store's contents, in memory.
@@ -218,72 +217,6 @@ impl Core {
         rts_plan::place(&systems, &facts, &self.local_node)
     }
 
-    /// Asks all agents now.
-    pub async fn observe(&self) -> Observed {
-        let sessions = self.sessions.all();
-        let mut targets: BTreeMap<String, Target> = BTreeMap::new();
-        {
-            let registry = self.registry();
-            let ran = registry.systems.values().flat_map(|record| &record.nodes);
-            for node in ran.chain(registry.nodes.keys()) {
-                let why = format!("the agent of node {node} has not greeted this controller yet");
-                targets.insert(node.clone(), Target::Silent(why));
-            }
-        }
-        for (node, entry) in sessions {
-            let target = if entry.lost {
-                let seen = entry.session.seen;
-                Target::Silent(format!("node {node} has sent no heartbeat since {seen:.0}"))
-            } else {
-                Target::Agent(entry.session.agent)
-            };
-            targets.insert(node, target);
-        }
-        let observed = observe::observe(targets, observe::DEADLINE).await;
-        for (node, answer) in &observed.nodes {
-            match answer {
-                NodeObserved::Known(inventory) => self.sessions.observed(node, Ok(inventory)),
-                NodeObserved::Unknown { reason } => self.sessions.observed(node, Err(reason)),
-            }
-        }
-        observed
-    }
-
-    /// Brings the view up to date. Callers at the same time share one observation.
-    pub async fn refresh(self: &Arc<Self>) {
-        let shared = {
-            let mut slot = self.refresh.lock().unwrap_or_else(PoisonError::into_inner);
-            match slot.as_ref().filter(|f| f.peek().is_none()) {
-                Some(running) => running.clone(),
-                None => {
-                    let core = Arc::clone(self);
-                    let work = async move {
-                        let observed = core.observe().await;
-                        core.saw(observed);
-                    };
-                    let shared = work.boxed().shared();
-                    *slot = Some(shared.clone());
-                    shared
-                }
-            }
-        };
-        shared.await;
-    }
-
-    /// Keeps and shows an observation; wakes the loop when it brings more than counters.
-    fn saw(&self, observed: Observed) {
-        let news = {
-            let mut world = self.world();
-            let news = revisions(&world.observed) != revisions(&observed);
-            world.observed = observed;
-            news
-        };
-        self.publish();
-        if news {
-            self.wake.notify_one();
-        }
-    }
-
     /// Reserves revisions before they run out.
     pub async fn reserve_revisions(&self) {
         let reserved = self.reserved.load(Ordering::Relaxed);
@@ -296,17 +229,6 @@ impl Core {
             Err(e) => tracing::error!(error = %crate::chain(&e), "revisions cannot be reserved"),
         }
     }
-}
-
-/// Inventory revision of each node that answered.
-fn revisions(observed: &Observed) -> BTreeMap<&str, Option<u64>> {
-    let nodes = observed.nodes.iter();
-    nodes
-        .map(|(node, answer)| match answer {
-            NodeObserved::Known(inventory) => (node.as_str(), Some(inventory.revision)),
-            NodeObserved::Unknown { .. } => (node.as_str(), None),
-        })
-        .collect()
 }
 
 /// Name and identity of a stored system.

@@ -3,4 +3,4 @@
 mod cut;
 mod run;
 
-pub use self::run::{Executor, Peer, Progress};
+pub use self::run::{Executor, Peer};

@@ -12,6 +12,7 @@ mod execute;
 pub mod fleet;
 mod greet;
 mod home;
+mod look;
 mod metrics;
 mod observe;
 mod publish;

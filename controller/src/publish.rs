@@ -1,6 +1,7 @@
 //! Turns what is stored, planned and observed into the objects that clients see. Decides nothing.
 
 mod components;
+mod conditions;
 mod connectors;
 mod managers;
 mod nodes;

@@ -79,11 +79,11 @@ impl Reconciler {
             () = self.core.wake.notified() => {}
             () = tokio::time::sleep_until(until) => {}
         }
-        self.core.reserve_revisions().await;
     }
 
     async fn round(&mut self) -> Next {
         self.core.backoff().tidy();
+        self.core.reserve_revisions().await;
         let mut desired = self.core.watch_desired();
         desired.mark_unchanged();
         let observed = self.core.observe().await;
@@ -150,14 +150,15 @@ impl Reconciler {
         let mut run = Executor::start(plan, &plan_id, peers, &faults);
         self.core.world().run = Some(RunState::default());
         let mut superseded = false;
-        let mut told = results::Told::default();
         let mut publish = tokio::time::interval(PROGRESS);
         publish.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut dirty = true;
         loop {
             tokio::select! {
                 more = run.next() => {
-                    told.take(&self.core, plan, &run.progress, &mut self.deaths);
+                    for (step, outcome) in run.take_ended() {
+                        results::take(&self.core, step, &outcome, &mut self.deaths);
+                    }
                     dirty = true;
                     if !more {
                         break;

@@ -106,8 +106,8 @@ mod tests {
         insta::assert_snapshot!(
             errors(json!({"activation": activation, "shutDown": [after("D", 0, &["D"])]})),
             @r"
-        the ShutDown orders of system s form a cycle: D
-        the Activation orders of system s form a cycle: A -> B -> C
+        the ShutDown orders of system s form a cycle of D
+        the Activation orders of system s form a cycle of A, B, C
         "
         );
     }
@@ -121,7 +121,7 @@ mod tests {
         ];
         insta::assert_snapshot!(
             errors(json!({"activation": activation})),
-            @"the Activation orders of system s form a cycle: A -> B"
+            @"the Activation orders of system s form a cycle of A, B"
         );
     }
 
@@ -131,7 +131,7 @@ mod tests {
             json!({"startUp": [after("A", 0, &["B"])], "initializing": [after("B", 0, &["A"])]});
         insta::assert_snapshot!(
             errors(orders),
-            @"the StartUp and Initializing orders of system s form a cycle: A -> B"
+            @"the StartUp and Initializing orders of system s form a cycle of A, B"
         );
     }
 

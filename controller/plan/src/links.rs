@@ -283,7 +283,7 @@ impl<'a> Linker<'_, 'a> {
         let spec = &self.connector.spec;
         let mut fields = Vec::new();
         let mut field = |field: String, old: Option<String>, new: Option<String>| {
-            if old != new && false {
+            if old != new {
                 fields.push(FieldChange { field, old, new });
             }
         };

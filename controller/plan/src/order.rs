@@ -161,7 +161,7 @@ impl<'a> Order<'a> {
             group.sort_unstable();
             let cycle = self.is_cycle(&group).then(|| {
                 let names = self.names(&group).join(", ");
-                format!("its {} orders form a cycle: {names}", self.name)
+                format!("its {} orders form a cycle of {names}", self.name)
             });
             for node in group {
                 let mut gate = self.gate(node, &passed);

@@ -1,5 +1,8 @@
 //! Laws that hold for every plan, attacked with random systems, random starting states and random failures.
 
+// A failure here is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod world;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,20 +10,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use rts_plan::desired::Desired;
-use rts_plan::observed::{ConnectorState, LifeCycleState, Observed};
+use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, Observed};
 use rts_plan::place::recreate_hash;
 use rts_plan::plan::{Blocked, Plan, Work};
 use rts_plan::{StoredSystem, check_orders, plan};
+use rts_schemas::system::{ComponentSpec, ExecutionKind};
 
 use world::World;
 use world::execute::{Chance, Run};
-use world::specs::{NODES, system};
+use world::specs::{NODES, set, system};
 
 /// Something that happens to the world.
 #[derive(Debug, Clone)]
 enum Event {
     /// Another version of a system is applied.
-    Apply(StoredSystem),
+    Apply(Box<StoredSystem>),
+    /// A small change of a system that is there.
+    Tweak(usize, u8),
     Delete(&'static str),
     /// Plan and execute; one step in `fail` fails, and blocks its target if `block`.
     Roll {
@@ -37,14 +43,48 @@ enum Event {
     Calm,
 }
 
+fn apply(system: StoredSystem) -> Event {
+    Event::Apply(Box::new(system))
+}
+
+/// Changes one thing of the system that was applied first.
+fn tweak(world: &mut World, nth: usize, what: u8) {
+    let Some(system) = world.systems.first_mut() else {
+        return;
+    };
+    let spec = &mut system.spec;
+    let count = spec.components.len();
+    let component = &mut spec.components[nth % count];
+    let other = spec.connectors.len().max(1);
+    let connector = spec.connectors.get_mut(nth % other);
+    match what {
+        0 => set(component, "gain", "7"),
+        1 => component.execution_context.rate = Some(20.0),
+        2 => component.execution_context.kind = ExecutionKind::EventDriven,
+        3 => component.placement.isolated = !component.placement.isolated,
+        4 => {
+            let digest = system.module_digests.get_mut(&component.type_name);
+            digest.unwrap().push('x');
+        }
+        5 => {
+            if let Some(connector) = connector {
+                let policy = "dataport.subscription_type".to_owned();
+                connector.properties.insert(policy, "periodic".to_owned());
+            }
+        }
+        _ => drop(spec.connectors.pop()),
+    }
+}
+
 fn event() -> impl Strategy<Value = Event> {
     let state = prop_oneof![
         Just(ConnectorState::Disconnected),
         Just(ConnectorState::Connecting)
     ];
     prop_oneof![
-        3 => system("a", "C", 8).prop_map(Event::Apply),
-        1 => system("b", "D", 3).prop_map(Event::Apply),
+        4 => (0..9usize, 0..7u8).prop_map(|(nth, what)| Event::Tweak(nth, what)),
+        3 => system("a", "C", 8).prop_map(apply),
+        1 => system("b", "D", 3).prop_map(apply),
         1 => prop_oneof![Just("a"), Just("b")].prop_map(Event::Delete),
         6 => (1..12usize, any::<bool>()).prop_map(|(fail, block)| Event::Roll { fail, block }),
         1 => (0..9usize).prop_map(Event::Kill),
@@ -60,7 +100,7 @@ fn event() -> impl Strategy<Value = Event> {
 }
 
 fn events() -> impl Strategy<Value = Vec<Event>> {
-    let first = system("a", "C", 8).prop_map(Event::Apply);
+    let first = system("a", "C", 8).prop_map(apply);
     (first, prop::collection::vec(event(), 0..14)).prop_map(|(first, rest)| {
         let mut events = vec![first];
         events.extend(rest);
@@ -97,8 +137,9 @@ impl Lab {
         match event {
             Event::Apply(system) => {
                 prop_assert_eq!(check_orders(&system.spec), []);
-                world.apply(system.clone());
+                world.apply(StoredSystem::clone(system));
             }
+            Event::Tweak(nth, what) => tweak(world, *nth, *what),
             Event::Delete(name) => world.delete(name),
             Event::Roll { fail, block } => {
                 let plan = plan(&world.desired(), &world.observed(), &self.blocked);
@@ -207,6 +248,7 @@ impl Lab {
                             && c.recreate_hash == placed.recreate_hash
                             && c.type_name == placed.spec.type_name
                             && c.state == LifeCycleState::Active
+                            && configured(&placed.spec, c)
                     });
                     if !there {
                         missing.push(placed.spec.instance.clone());
@@ -228,6 +270,20 @@ impl Lab {
         }
         missing
     }
+}
+
+/// Every value that the spec names is set. Random values are numbers.
+fn configured(spec: &ComponentSpec, live: &ComponentObserved) -> bool {
+    let number = |text: &String| text.parse::<f64>().unwrap();
+    let values = spec.configuration.sets.iter().all(|(set, values)| {
+        let own = live.configuration.sets.get(set);
+        values.iter().all(|(name, value)| {
+            let there = own.and_then(|own| own.get(name));
+            there.is_some_and(|there| number(there) == number(value))
+        })
+    });
+    let rate = spec.execution_context.rate;
+    values && rate.is_none_or(|rate| rate == live.rate)
 }
 
 /// Ids count from 1 and every edge leads backwards; blocked targets get no step that brings up.

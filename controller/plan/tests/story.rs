@@ -1,5 +1,8 @@
 //! The hello system's life as a story in text: what is planned at each turn, then carried out.
 
+// A failure here is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod world;
 
 use std::fmt::Write as _;
@@ -49,7 +52,10 @@ impl Story {
             pick: &mut |_| 0,
             fails: &mut |_| false,
         };
-        let run = self.world.execute(&plan, chance).unwrap();
+        let run = self
+            .world
+            .execute(&plan, chance)
+            .expect("no rule is broken");
         assert!(run.failed.is_empty());
         tell(&plan)
     }
@@ -230,7 +236,7 @@ fn error_waits_for_a_person_or_is_reset() {
 #[test]
 fn what_cannot_be_seen_is_left_alone() {
     let mut story = Story::running();
-    story.world.managers_mut().nth(0).unwrap().responsive = false;
+    story.world.managers_mut().next().unwrap().responsive = false;
     let manager = story.turn();
     story.world.silent.insert("local".to_owned());
     let node = story.turn();
@@ -336,4 +342,37 @@ fn plan_survives_json() {
     let plan = Story::new().plan();
     let json = serde_json::to_string(&plan).unwrap();
     assert_eq!(serde_json::from_str::<Plan>(&json).unwrap(), plan);
+}
+
+/// A target that was replaced is seen by its incarnation, even when the source has not noticed.
+#[test]
+fn replaced_target_is_connected_anew() {
+    let mut story = Story::running();
+    let printer = story
+        .world
+        .components_mut()
+        .find(|c| c.instance == "Printer0");
+    printer.unwrap().incarnation = "another".to_owned();
+    insta::assert_snapshot!(tell(&story.plan()), @"");
+}
+
+/// Planning stays near n log n: here a quadratic step would be felt at once.
+#[test]
+fn large_systems_are_planned() {
+    const COUNT: usize = 3000;
+    let mut system = hello();
+    let name = |number: usize| format!("C{number}");
+    system.spec.components = (0..COUNT).map(|n| component(&name(n), "T")).collect();
+    system.spec.connectors = (1..COUNT)
+        .map(|n| connector((&name(n - 1), "out"), (&name(n), "in")))
+        .collect();
+    let sync = rts_schemas::system::SendingTiming::Sync;
+    system.spec.orders.activation = (0..COUNT)
+        .map(|n| world::specs::after(&name(n), (COUNT - n) as u32, sync, &[]))
+        .collect();
+    let mut world = World::new(&["local"]);
+    world.apply(stored(system.spec));
+    let plan = plan(&world.desired(), &world.observed(), &Blocked::new());
+    assert_eq!(plan.steps.len(), 3 + 2 * COUNT + COUNT - 1);
+    assert_eq!(plan.notes, Vec::<String>::new());
 }

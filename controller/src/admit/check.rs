@@ -1,10 +1,10 @@
 //! Checks of a spec that need nothing else.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::ProblemError;
 use rts_plan::check_orders;
-use rts_schemas::system::{PortRef, SystemSpec};
+use rts_schemas::system::{ComponentSpec, PortRef, SystemSpec};
 
 /// Most components of a system.
 const MAX_COMPONENTS: usize = 10_000;
@@ -144,10 +144,10 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
 
 fn connectors(faults: &mut Faults, spec: &SystemSpec) {
     let mut seen = BTreeSet::new();
-    let instances: BTreeSet<&str> = spec
+    let by_name: BTreeMap<&str, &ComponentSpec> = spec
         .components
         .iter()
-        .map(|c| c.instance.as_str())
+        .map(|c| (c.instance.as_str(), c))
         .collect();
     for (index, connector) in spec.connectors.iter().enumerate() {
         let at = format!("/spec/connectors/{index}");
@@ -158,14 +158,14 @@ fn connectors(faults: &mut Faults, spec: &SystemSpec) {
             faults.push(format!("{at}/name"), "duplicate-connector", detail);
         }
         for (end, port) in [("source", &connector.source), ("target", &connector.target)] {
-            if !instances.contains(port.instance.as_str()) {
+            if let Some(component) = by_name.get(port.instance.as_str()) {
+                declared(faults, component, &format!("{at}/{end}"), name, port);
+            } else {
                 let detail = format!(
                     "connector {name} ends at {port}, and there is no {}",
                     port.instance
                 );
                 faults.push(format!("{at}/{end}"), "unknown-component", detail);
-            } else {
-                declared(faults, spec, &format!("{at}/{end}"), name, port);
             }
         }
         if connector.properties.values().any(|v| v.len() > MAX_VALUE) {
@@ -176,10 +176,9 @@ fn connectors(faults: &mut Faults, spec: &SystemSpec) {
 }
 
 /// A component that declares ports of a kind must declare this one.
-fn declared(faults: &mut Faults, spec: &SystemSpec, at: &str, name: &str, port: &PortRef) {
+fn declared(faults: &mut Faults, component: &ComponentSpec, at: &str, name: &str, port: &PortRef) {
     faults.name(format!("{at}/port"), "a port", &port.port);
-    let component = spec.components.iter().find(|c| c.instance == port.instance);
-    let ports = component.map_or(&[][..], |c| &c.ports[..]);
+    let ports = &component.ports;
     if !ports.is_empty() && !ports.iter().any(|p| p.name == port.port) {
         let names: Vec<_> = ports.iter().map(|p| p.name.as_str()).collect();
         let detail = format!(

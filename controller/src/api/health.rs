@@ -35,18 +35,25 @@ pub async fn readyz(
     _: Principal,
     Params(query): Params<Verbose>,
 ) -> Answer<String> {
-    // The store was loaded before the socket was bound; what can be pending is the first round of the loop.
-    let looked = app.core.metrics.reconciles() > 0;
-    let checks = [("store", true), ("reconcile", looked)];
-    if let Some((name, _)) = checks.iter().find(|(_, good)| !good) {
-        let detail = format!("check {name}: not done yet");
-        return Err(Problem::unavailable("not-ready", detail).into());
+    let store = match app.core.store.check().await {
+        Ok(()) => Ok(()),
+        Err(e) => Err(crate::chain(&e)),
+    };
+    let looked = match app.core.metrics.reconciles() {
+        0 => Err("the first round is not over".to_owned()),
+        _ => Ok(()),
+    };
+    let checks = [("store", store), ("reconcile", looked)];
+    let mut page = String::new();
+    for (name, result) in checks {
+        if let Err(why) = result {
+            return Err(Problem::unavailable("not-ready", format!("check {name}: {why}")).into());
+        }
+        page.push_str(&format!("[+]{name} ok\n"));
     }
     Ok(match query.verbose {
         None => "ok".to_owned(),
-        Some(_) => {
-            checks.map(|(name, _)| format!("[+]{name} ok\n")).concat() + "readyz check passed\n"
-        }
+        Some(_) => page + "readyz check passed\n",
     })
 }
 

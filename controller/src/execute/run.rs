@@ -1,6 +1,6 @@
 //! One run of a plan.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -53,7 +53,9 @@ pub struct Executor<'a> {
     plan: &'a Plan,
     plan_id: &'a str,
     agents: BTreeMap<String, Arc<dyn Agent>>,
-    gates: BTreeMap<String, Vec<StepId>>,
+    gates: BTreeMap<String, BTreeSet<StepId>>,
+    /// Steps whose end nobody asked for yet.
+    fresh: Vec<StepId>,
     reports: SelectAll<BoxStream<'static, Report>>,
     releases: FuturesUnordered<BoxFuture<'static, ()>>,
     /// Where it is.
@@ -82,8 +84,9 @@ impl<'a> Executor<'a> {
             agents: BTreeMap::new(),
             gates: batches
                 .iter()
-                .map(|(node, batch)| (node.clone(), batch.gates.clone()))
+                .map(|(node, batch)| (node.clone(), batch.gates.iter().copied().collect()))
                 .collect(),
+            fresh: Vec::new(),
             reports: SelectAll::new(),
             releases: FuturesUnordered::new(),
             progress: Progress::default(),
@@ -119,6 +122,14 @@ impl<'a> Executor<'a> {
                 Some(()) = self.releases.next(), if !self.releases.is_empty() => {}
             }
         }
+    }
+
+    /// Steps that ended since the last call.
+    pub fn take_ended(&mut self) -> Vec<(&'a Step, StepOutcome)> {
+        let fresh = std::mem::take(&mut self.fresh).into_iter();
+        fresh
+            .filter_map(|id| Some((step(self.plan, id)?, self.progress.ended.get(&id)?.clone())))
+            .collect()
     }
 
     fn take(&mut self, report: Report) {
@@ -170,6 +181,7 @@ impl<'a> Executor<'a> {
         }
         let good = outcome == StepOutcome::Succeeded;
         self.progress.ended.insert(step, outcome);
+        self.fresh.push(step);
         self.release(step, |id| GateReport {
             started: Vec::new(),
             succeeded: if good { vec![id] } else { Vec::new() },

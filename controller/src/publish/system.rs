@@ -1,13 +1,14 @@
 //! System objects: phase, conditions, progress.
 
+use std::collections::BTreeMap;
+
 use jiff::Timestamp;
 use rts_agent_api::messages::StepOutcome;
-use rts_controller_api::objects::{
-    Condition, Kind, Metadata, Phase, Progress, System, SystemStatus,
-};
-use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
+use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus};
+use rts_plan::observed::{ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
 
+use super::conditions::conditions;
 use super::{Scene, object, waiting};
 use crate::reconcile::Backoff;
 use crate::store::SystemRecord;
@@ -32,7 +33,7 @@ pub fn system(
         uid: record.uid.clone(),
         resource_version: String::new(),
         generation: record.generation,
-        labels: std::collections::BTreeMap::new(),
+        labels: BTreeMap::new(),
         creation_timestamp: Some(record.created),
         deletion_timestamp: record.deleted,
     };
@@ -40,19 +41,20 @@ pub fn system(
 }
 
 /// What the status is made of.
-struct Facts {
+pub struct Facts {
     /// The last plan was made for this generation.
-    planned: bool,
+    pub planned: bool,
     /// Steps of the last plan that are not over, while it runs or will at once.
     pending: bool,
     /// Differences that the last plan found.
-    differences: usize,
+    pub differences: usize,
     /// Why it is not healthy.
-    unhealthy: Vec<String>,
+    pub unhealthy: Vec<String>,
     /// Something is on its way by itself.
     settling: bool,
     active: usize,
-    waiting: Vec<rts_controller_api::objects::Waiting>,
+    /// What does not go on.
+    pub waiting: Vec<rts_controller_api::objects::Waiting>,
     progress: Progress,
 }
 
@@ -91,13 +93,9 @@ impl Facts {
 
     /// Looks at components and connectors as observed.
     fn look(&mut self, scene: &Scene<'_>, record: &SystemRecord) {
-        let found = observed(scene, record);
+        let (components, connectors) = observed(scene, record);
         for spec in &record.spec.components {
-            let component = found.iter().find(|(c, _)| c.instance == spec.instance);
-            let state = match component {
-                Some((component, true)) => Some(component.state),
-                _ => None,
-            };
+            let state = components.get(spec.instance.as_str()).copied();
             if state == Some(LifeCycleState::Active) {
                 self.active += 1;
             } else if spec.required {
@@ -106,20 +104,13 @@ impl Facts {
             }
         }
         for spec in &record.spec.connectors {
-            let state = found
-                .iter()
-                .filter(|(_, known)| *known)
-                .flat_map(|(component, _)| &component.connectors)
-                .find(|connector| connector.name == spec.name)
-                .map(|connector| connector.state);
-            self.settling |= state == Some(ConnectorState::Connecting);
-            if state != Some(ConnectorState::Connected) {
-                let state = match state {
-                    Some(ConnectorState::Connecting) => "Connecting",
-                    _ => "not connected",
-                };
-                self.unhealthy.push(format!("{} is {state}", spec.name));
-            }
+            let state = match connectors.get(spec.name.as_str()) {
+                Some(ConnectorState::Connected) => continue,
+                Some(ConnectorState::Connecting) => "Connecting",
+                _ => "not connected",
+            };
+            self.settling |= state == "Connecting";
+            self.unhealthy.push(format!("{} is {state}", spec.name));
         }
     }
 
@@ -167,19 +158,30 @@ impl Facts {
     }
 }
 
-/// Observed components of a system, and whether that is certain.
-fn observed<'a>(scene: &Scene<'a>, record: &SystemRecord) -> Vec<(&'a ComponentObserved, bool)> {
-    let mut found = Vec::new();
+type States<'a, State> = BTreeMap<&'a str, State>;
+
+/// States of a system's components and connectors, where they are certain.
+fn observed<'a>(
+    scene: &Scene<'a>,
+    record: &SystemRecord,
+) -> (States<'a, LifeCycleState>, States<'a, ConnectorState>) {
+    let (mut components, mut connectors) = (BTreeMap::new(), BTreeMap::new());
     for (inventory, known) in scene.inventories.values() {
-        for manager in &inventory.managers {
-            let known = *known && manager.responsive;
-            let components = manager.components.iter();
-            let mine =
-                components.filter(|c| c.system.as_ref().is_some_and(|s| s.uid == record.uid));
-            found.extend(mine.map(|component| (component, known)));
+        let managers = inventory.managers.iter().filter(|m| *known && m.responsive);
+        for component in managers.flat_map(|manager| &manager.components) {
+            if component
+                .system
+                .as_ref()
+                .is_none_or(|s| s.uid != record.uid)
+            {
+                continue;
+            }
+            components.insert(component.instance.as_str(), component.state);
+            let own = component.connectors.iter();
+            connectors.extend(own.map(|connector| (connector.name.as_str(), connector.state)));
         }
     }
-    found
+    (components, connectors)
 }
 
 fn progress(scene: &Scene<'_>, steps: &[&Step]) -> Progress {
@@ -250,71 +252,6 @@ fn drift(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
         }
     }
     drift
-}
-
-fn conditions(
-    facts: &Facts,
-    status: &SystemStatus,
-    record: &SystemRecord,
-    before: Option<&System>,
-    now: Timestamp,
-) -> Vec<Condition> {
-    let first_wait = facts.waiting.first();
-    let waits = first_wait.map_or_else(String::new, |w| format!("{}: {}", w.target, w.reason));
-    let progressing = matches!(status.phase, Phase::Progressing | Phase::Terminating);
-    let synced = match (status.synced, facts.planned) {
-        (true, _) => ("UpToDate", "everything is as written".to_owned()),
-        (false, false) => (
-            "NotPlanned",
-            "this generation is not planned yet".to_owned(),
-        ),
-        (false, true) if !waits.is_empty() => ("Waiting", waits.clone()),
-        (false, true) => ("Differs", format!("{} changes to make", facts.differences)),
-    };
-    let healthy = match facts.unhealthy.first() {
-        None => (
-            "AllActive",
-            "every required component is Active and every connector Connected".to_owned(),
-        ),
-        Some(first) if facts.unhealthy.len() == 1 => ("NotHealthy", first.clone()),
-        Some(first) => (
-            "NotHealthy",
-            format!("{first}, and {} more", facts.unhealthy.len() - 1),
-        ),
-    };
-    let moving = match status.phase {
-        Phase::Terminating => ("Terminating", "being taken down".to_owned()),
-        Phase::Progressing => (
-            "StepsToDo",
-            format!(
-                "{} of {} steps done",
-                status.progress.done, status.progress.total
-            ),
-        ),
-        Phase::Converged => ("Converged", "nothing is left to do".to_owned()),
-        Phase::Degraded => ("Waiting", waits),
-    };
-    [
-        ("Synced", status.synced, synced),
-        ("Healthy", status.healthy, healthy),
-        ("Progressing", progressing, moving),
-    ]
-    .into_iter()
-    .map(|(kind, value, (reason, message))| {
-        let value = if value { "True" } else { "False" };
-        let old = before
-            .and_then(|before| before.status.conditions.iter().find(|c| c.kind == kind))
-            .filter(|old| old.status == value);
-        Condition {
-            kind: kind.to_owned(),
-            status: value.to_owned(),
-            reason: reason.to_owned(),
-            message,
-            last_transition_time: old.map_or(now, |old| old.last_transition_time),
-            observed_generation: record.generation,
-        }
-    })
-    .collect()
 }
 
 fn count(n: usize) -> u32 {

@@ -1,9 +1,10 @@
 //! What does not go on, and why: the planner's word, failed targets in back-off, and nodes that refuse.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::objects::Waiting;
 use rts_plan::target;
+use tokio::time::Instant;
 
 use crate::core::World;
 use crate::reconcile::Backoff;
@@ -15,8 +16,13 @@ pub fn reasons(world: &World, backoff: &Backoff) -> BTreeMap<String, String> {
     let mut reasons: BTreeMap<_, _> = planned
         .map(|waiting| (waiting.target.clone(), waiting.reason.clone()))
         .collect();
+    // Once its time has come, only a plan with steps for it says that it is still about to be tried.
+    let now = Instant::now();
+    let tried: BTreeSet<&String> = world.plan.steps.iter().map(|step| &step.target).collect();
     for (target, entry) in backoff.failing() {
-        reasons.insert(target.clone(), entry.reason.clone());
+        if entry.blocks(now) || tried.contains(target) {
+            reasons.insert(target.clone(), entry.reason.clone());
+        }
     }
     for (node, reason) in &world.faults {
         reasons.insert(target::node(node), reason.clone());
@@ -30,66 +36,96 @@ pub fn of_system(
     backoff: &Backoff,
     record: &SystemRecord,
 ) -> Vec<Waiting> {
+    let index = Index::new(record);
+    let now = Instant::now();
     reasons
         .iter()
-        .filter(|(target, _)| concerns(record, backoff, target))
-        .map(|(target, reason)| {
-            let entry = backoff.get(target).filter(|entry| entry.failing());
-            Waiting {
+        .filter_map(|(target, reason)| {
+            let known = backoff.get(target);
+            let owner = known.and_then(|entry| entry.system.as_deref());
+            if owner.map_or(!index.concerns(target), |owner| owner != record.name()) {
+                return None;
+            }
+            let entry = known.filter(|entry| entry.failing());
+            let blocks = entry.filter(|entry| entry.blocks(now));
+            Some(Waiting {
                 target: target.clone(),
                 reason: reason.clone(),
-                required: required(record, target),
+                required: index.required(target),
                 tries: entry.map_or(0, |entry| entry.tries),
-                next_try: entry.map(|entry| entry.next_try),
-            }
+                next_try: blocks.map(|entry| entry.next_try),
+            })
         })
         .collect()
 }
 
-/// True when a target belongs to a system.
-fn concerns(record: &SystemRecord, backoff: &Backoff, target: &str) -> bool {
-    let name = record.name();
-    let owner = backoff.get(target).and_then(|e| e.system.as_deref());
-    if let Some(owner) = owner {
-        return owner == name;
-    }
-    let (kind, rest) = target.split_once('/').unwrap_or((target, ""));
-    let of_manager = |manager: &str| {
-        let prefix = manager.strip_prefix(name);
-        prefix.is_some_and(|rest| rest.starts_with('.'))
-    };
-    match kind {
-        "component" => record.spec.components.iter().any(|c| c.instance == rest),
-        "connector" => record.spec.connectors.iter().any(|c| c.name == rest),
-        "manager" => of_manager(rest),
-        "module" => rest.rsplit_once('@').is_some_and(|(_, m)| of_manager(m)),
-        "package" => rest.rsplit_once('@').is_some_and(|(type_name, node)| {
-            let components = &record.spec.components;
-            record.nodes.contains(node) && components.iter().any(|c| c.type_name == type_name)
-        }),
-        "node" => record.nodes.contains(rest),
-        _ => false,
-    }
+/// What targets mean to a system, by name: true when it cannot be healthy without.
+struct Index<'a> {
+    record: &'a SystemRecord,
+    components: BTreeMap<&'a str, bool>,
+    types: BTreeMap<&'a str, bool>,
+    connectors: BTreeMap<&'a str, bool>,
 }
 
-/// True when the system cannot be healthy without a target.
-fn required(record: &SystemRecord, target: &str) -> bool {
-    let components = &record.spec.components;
-    let (kind, rest) = target.split_once('/').unwrap_or((target, ""));
-    match kind {
-        "component" => components.iter().any(|c| c.instance == rest && c.required),
-        "module" | "package" => rest.rsplit_once('@').is_none_or(|(type_name, _)| {
-            components
-                .iter()
-                .any(|c| c.type_name == type_name && c.required)
-        }),
-        "connector" => record
-            .spec
-            .connectors
-            .iter()
-            .filter(|c| c.name == rest)
-            .flat_map(|c| [&c.source.instance, &c.target.instance])
-            .all(|end| components.iter().any(|c| c.instance == *end && c.required)),
-        _ => true,
+impl<'a> Index<'a> {
+    fn new(record: &'a SystemRecord) -> Self {
+        let mut components = BTreeMap::new();
+        let mut types = BTreeMap::new();
+        for component in &record.spec.components {
+            components.insert(component.instance.as_str(), component.required);
+            *types.entry(component.type_name.as_str()).or_default() |= component.required;
+        }
+        let needed = |instance: &String| components.get(instance.as_str()) == Some(&true);
+        let connectors = record.spec.connectors.iter();
+        Self {
+            record,
+            connectors: connectors
+                .map(|c| {
+                    (
+                        c.name.as_str(),
+                        needed(&c.source.instance) && needed(&c.target.instance),
+                    )
+                })
+                .collect(),
+            components,
+            types,
+        }
+    }
+
+    /// True when a target belongs to the system.
+    fn concerns(&self, target: &str) -> bool {
+        let (kind, rest) = target.split_once('/').unwrap_or((target, ""));
+        let at = rest.rsplit_once('@');
+        match kind {
+            "component" => self.components.contains_key(rest),
+            "connector" => self.connectors.contains_key(rest),
+            "manager" => self.owns(rest),
+            "module" => at.is_some_and(|(_, manager)| self.owns(manager)),
+            "package" => at.is_some_and(|(type_name, node)| {
+                self.record.nodes.contains(node) && self.types.contains_key(type_name)
+            }),
+            "node" => self.record.nodes.contains(rest),
+            _ => false,
+        }
+    }
+
+    fn owns(&self, manager: &str) -> bool {
+        let rest = manager.strip_prefix(self.record.name());
+        rest.is_some_and(|rest| rest.starts_with('.'))
+    }
+
+    /// True when the system cannot be healthy without a target.
+    fn required(&self, target: &str) -> bool {
+        let (kind, rest) = target.split_once('/').unwrap_or((target, ""));
+        let found = match kind {
+            "component" => self.components.get(rest),
+            "connector" => self.connectors.get(rest),
+            "module" | "package" => {
+                let type_name = rest.rsplit_once('@').map_or(rest, |(name, _)| name);
+                self.types.get(type_name)
+            }
+            _ => None,
+        };
+        found.copied().unwrap_or(true)
     }
 }

@@ -33,11 +33,11 @@ impl Deaths {
             }
             _ => {}
         }
-        self.up.retain(|_, at| at.elapsed() < YOUNG);
     }
 
     /// Counts what a plan would bring up again although it was brought up not long ago. True when there is any.
     pub fn count(&mut self, core: &Core, plan: &Plan, observed: &Observed) -> bool {
+        self.up.retain(|_, at| at.elapsed() < YOUNG);
         let mut any = false;
         for step in &plan.steps {
             let reason = match &step.work {
@@ -48,10 +48,7 @@ impl Deaths {
                 _ => continue,
             };
             let key = (step.node.clone(), step.target.clone());
-            let Some(at) = self.up.remove(&key) else {
-                continue;
-            };
-            if at.elapsed() >= YOUNG {
+            if self.up.remove(&key).is_none() {
                 continue;
             }
             any = true;

@@ -1,35 +1,14 @@
 //! What the results of steps mean: events, metrics, back-off.
 
-use std::collections::BTreeSet;
-
 use rts_agent_api::messages::StepOutcome;
-use rts_plan::plan::{Plan, Step, StepId, Work};
+use rts_plan::plan::{Step, Work};
 
 use super::deaths::Deaths;
 use crate::core::Core;
-use crate::execute::Progress;
 use crate::view::Happening;
 
-/// Steps whose end was taken in.
-#[derive(Debug, Default)]
-pub struct Told {
-    steps: BTreeSet<StepId>,
-}
-
-impl Told {
-    /// Takes in what ended since the last call.
-    pub fn take(&mut self, core: &Core, plan: &Plan, progress: &Progress, deaths: &mut Deaths) {
-        for step in &plan.steps {
-            if let Some(outcome) = progress.ended.get(&step.id)
-                && self.steps.insert(step.id)
-            {
-                take_one(core, step, outcome, deaths);
-            }
-        }
-    }
-}
-
-fn take_one(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths) {
+/// Takes in the end of a step.
+pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths) {
     let kind = step.work.kind();
     match outcome {
         StepOutcome::Succeeded => {
@@ -67,7 +46,6 @@ fn take_one(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths
 fn success(step: &Step) -> Option<Happening> {
     let node = &step.node;
     let (reason, message) = match &step.work {
-        Work::StartManager { .. } => ("ManagerStarted", format!("process started on node {node}")),
         Work::LoadModule { type_name, .. } => {
             ("ModuleLoaded", format!("module of {type_name} loaded"))
         }
@@ -94,7 +72,10 @@ fn success(step: &Step) -> Option<Happening> {
         Work::Disconnect { .. } => ("Disconnected", step.reason.clone()),
         Work::Delete { .. } => ("Deleted", step.reason.clone()),
         Work::StopManager { .. } => ("ManagerStopped", step.reason.clone()),
-        Work::Install { .. } | Work::UnloadModule { .. } => return None,
+        // The agent tells of its processes itself, with their pid.
+        Work::StartManager { .. } | Work::Install { .. } | Work::UnloadModule { .. } => {
+            return None;
+        }
     };
     let system = step.system.as_ref().map(|s| s.name.as_str());
     Some(Happening::normal(reason, &step.target, message).of(system))

@@ -22,6 +22,11 @@ impl Durable {
         }
     }
 
+    /// Reads everything, to see that it can be read.
+    pub async fn check(&self) -> Result<(), StoreError> {
+        self.write(|store| store.load().map(drop)).await
+    }
+
     /// See [`Store::put_system`].
     pub async fn put_system(&self, record: SystemRecord) -> Result<(), StoreError> {
         self.write(move |store| store.put_system(&record)).await

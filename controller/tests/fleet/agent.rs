@@ -30,6 +30,8 @@ pub struct State {
     pub types: BTreeSet<String>,
     /// `KIND target` → times it fails yet.
     pub failing: BTreeMap<String, u32>,
+    /// Components that a step which is told to fail leaves in Error.
+    pub in_error: BTreeSet<String>,
     pub silent: bool,
     pub step_time: Duration,
     /// Steps that were carried out, as `KIND target`.
@@ -66,6 +68,10 @@ impl FakeAgent {
             .unwrap()
             .failing
             .insert(step.into(), times);
+    }
+
+    pub fn ends_in_error(&self, instance: &str) {
+        self.state.lock().unwrap().in_error.insert(instance.into());
     }
 
     pub fn silence(&self, silent: bool) {

@@ -85,6 +85,14 @@ fn perform(agent: &FakeAgent, step: &Step) -> StepOutcome {
     if let Some(left) = state.failing.get_mut(&name).filter(|left| **left > 0) {
         *left -= 1;
         let reason = format!("{name} was told to fail");
+        let instance = step.target.split_once('/').map_or("", |(_, name)| name);
+        if state.in_error.contains(instance) {
+            state.revision += 1;
+            let components = state.managers.iter_mut().flat_map(|m| &mut m.components);
+            for component in components.filter(|c| c.instance == instance) {
+                component.state = LifeCycleState::Error;
+            }
+        }
         return StepOutcome::Failed { reason };
     }
     state.done.push(name);

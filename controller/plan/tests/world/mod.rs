@@ -3,8 +3,6 @@
 
 // Each test program uses a part of it.
 #![allow(dead_code)]
-// Helpers of tests: a failure here is a failed test.
-#![allow(clippy::unwrap_used)]
 
 pub mod execute;
 pub mod specs;

@@ -1,0 +1,73 @@
+//! Conditions of a system: Synced, Healthy, Progressing.
+
+use jiff::Timestamp;
+use rts_controller_api::objects::{Condition, Phase, System, SystemStatus};
+
+use super::system::Facts;
+use crate::store::SystemRecord;
+
+/// The conditions; one whose status did not change keeps its time.
+pub fn conditions(
+    facts: &Facts,
+    status: &SystemStatus,
+    record: &SystemRecord,
+    before: Option<&System>,
+    now: Timestamp,
+) -> Vec<Condition> {
+    let first_wait = facts.waiting.first();
+    let waits = first_wait.map_or_else(String::new, |w| format!("{}: {}", w.target, w.reason));
+    let progressing = matches!(status.phase, Phase::Progressing | Phase::Terminating);
+    let synced = match (status.synced, facts.planned) {
+        (true, _) => ("UpToDate", "everything is as written".to_owned()),
+        (false, false) => (
+            "NotPlanned",
+            "this generation is not planned yet".to_owned(),
+        ),
+        (false, true) if !waits.is_empty() => ("Waiting", waits.clone()),
+        (false, true) => ("Differs", format!("{} changes to make", facts.differences)),
+    };
+    let healthy = match facts.unhealthy.first() {
+        None => (
+            "AllActive",
+            "every required component is Active and every connector Connected".to_owned(),
+        ),
+        Some(first) if facts.unhealthy.len() == 1 => ("NotHealthy", first.clone()),
+        Some(first) => (
+            "NotHealthy",
+            format!("{first}, and {} more", facts.unhealthy.len() - 1),
+        ),
+    };
+    let moving = match status.phase {
+        Phase::Terminating => ("Terminating", "being taken down".to_owned()),
+        Phase::Progressing => (
+            "StepsToDo",
+            format!(
+                "{} of {} steps done",
+                status.progress.done, status.progress.total
+            ),
+        ),
+        Phase::Converged => ("Converged", "nothing is left to do".to_owned()),
+        Phase::Degraded => ("Waiting", waits),
+    };
+    [
+        ("Synced", status.synced, synced),
+        ("Healthy", status.healthy, healthy),
+        ("Progressing", progressing, moving),
+    ]
+    .into_iter()
+    .map(|(kind, value, (reason, message))| {
+        let value = if value { "True" } else { "False" };
+        let old = before
+            .and_then(|before| before.status.conditions.iter().find(|c| c.kind == kind))
+            .filter(|old| old.status == value);
+        Condition {
+            kind: kind.to_owned(),
+            status: value.to_owned(),
+            reason: reason.to_owned(),
+            message,
+            last_transition_time: old.map_or(now, |old| old.last_transition_time),
+            observed_generation: record.generation,
+        }
+    })
+    .collect()
+}
