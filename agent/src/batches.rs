@@ -58,18 +58,17 @@ impl Entry {
     pub fn lines(self: Arc<Self>) -> impl Stream<Item = Result<Bytes, serde_json::Error>> {
         let grown = self.grown.subscribe();
         stream::try_unfold((self, grown, 0), |(entry, mut grown, next)| async move {
+            if next > 0 && lock(&entry.events).get(next - 1) == Some(&BatchEvent::End) {
+                return Ok(None);
+            }
             // The sender lives as long as the entry.
             let _ = grown.wait_for(|count| *count > next).await;
-            let event = lock(&entry.events).get(next).cloned();
-            let ended = next > 0 && lock(&entry.events).get(next - 1) == Some(&BatchEvent::End);
-            match event {
-                Some(event) if !ended => {
-                    let mut line = serde_json::to_vec(&event)?;
-                    line.push(b'\n');
-                    Ok(Some((Bytes::from(line), (entry, grown, next + 1))))
-                }
-                _ => Ok(None),
-            }
+            let Some(event) = lock(&entry.events).get(next).cloned() else {
+                return Ok(None);
+            };
+            let mut line = serde_json::to_vec(&event)?;
+            line.push(b'\n');
+            Ok(Some((Bytes::from(line), (entry, grown, next + 1))))
         })
     }
 }

@@ -177,11 +177,14 @@ impl Link {
     }
 }
 
+/// Those who wait for an answer, by request id.
+type Waiting = Mutex<HashMap<u64, oneshot::Sender<Result<ResponseBody, LinkError>>>>;
+
 /// Requests that were sent and not answered.
 #[derive(Default)]
 struct Pending {
     next_id: u64,
-    waiting: Arc<Mutex<HashMap<u64, oneshot::Sender<Result<ResponseBody, LinkError>>>>>,
+    waiting: Arc<Waiting>,
 }
 
 struct Worker {
@@ -324,10 +327,7 @@ impl Pending {
     }
 }
 
-fn settle(
-    waiting: &Mutex<HashMap<u64, oneshot::Sender<Result<ResponseBody, LinkError>>>>,
-    response: Response,
-) {
+fn settle(waiting: &Waiting, response: Response) {
     if let Some(answer) = lock(waiting).remove(&response.id) {
         // The caller may have given up.
         let _ = answer.send(response.result.map_err(LinkError::from));

@@ -6,11 +6,11 @@ use std::time::Duration;
 use rts_agent_api::PROTOCOL_VERSION;
 use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionClient, SessionGreeting};
 use rts_http::client::{Client, ClientError};
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep, sleep_until};
 
 use crate::agent::Agent;
 
-/// Pause between two attempts to reach the controller.
+/// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
 /// Bound on one request.
 const REQUEST: Duration = Duration::from_secs(2);
@@ -36,6 +36,7 @@ enum End {
 pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
     let mut reported = String::new();
     loop {
+        let next = Instant::now() + RETRY;
         match greet(&agent, &controller).await {
             Ok(()) => {
                 reported.clear();
@@ -55,7 +56,7 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
                 }
             }
         }
-        sleep(RETRY).await;
+        sleep_until(next).await;
     }
 }
 

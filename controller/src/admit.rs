@@ -34,9 +34,6 @@ pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Adm
     refuse(check::spec(name, &spec))?;
     let mut faults = check::orders(&spec);
     let stored = core.registry().systems.get(name).cloned();
-    if let Some(stored) = &stored {
-        identity::check(stored, &spec, request.replace)?;
-    }
     let mut candidate = SystemRecord {
         uid: stored
             .as_ref()
@@ -53,17 +50,17 @@ pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Adm
         deleted: None,
     };
     let placed = core.place(Some(&candidate));
-    clashes(&placed, &candidate)?;
     let (types, lost) = types_by_node(&placed, &candidate);
     faults.extend(lost);
-    let found = match modules::resolve(core, &candidate.spec, &types).await {
-        Ok(found) => found,
-        // What is wrong for good goes before what may be better in a moment.
-        Err(problem) if faults.is_empty() => return Err(problem),
-        Err(_) => modules::Found::default(),
-    };
-    faults.extend(found.missing);
+    let found = modules::resolve(core, &candidate.spec, &types).await;
+    // What is wrong with the system itself goes before what is in its way, and that before what may pass.
+    faults.extend(found.iter().flat_map(|found| found.missing.clone()));
     refuse(faults)?;
+    if let Some(stored) = &stored {
+        identity::check(stored, &candidate.spec, request.replace)?;
+    }
+    clashes(&placed, &candidate)?;
+    let found = found?;
     candidate.digests = found.digests;
     candidate.nodes.extend(types.into_keys());
     let changed = stored

@@ -201,6 +201,18 @@ async fn clashes_with_what_is_stored_are_conflicts() {
     let mut other = systems::hello();
     other.name = "second".into();
     insta::assert_snapshot!("instance_clash", served.refused(other).await);
+    let mut invalid = systems::hello();
+    invalid.name = "second".into();
+    invalid
+        .orders
+        .activation
+        .push(systems::after("Printer0", "Sine0"));
+    let refused = served.controller.apply(&request(invalid)).await;
+    assert_eq!(
+        problem(refused).code,
+        "order-cycle",
+        "its own faults go first"
+    );
     let mut stranger = systems::hello();
     stranger.full_id = "RTSystem:someone:else:1.0".into();
     insta::assert_snapshot!("other_system", served.refused(stranger.clone()).await);

@@ -66,6 +66,8 @@ impl Manager {
             Err(e) => tracing::info!(manager = self.key.display_name(), "no orderly end: {e}"),
         }
         signal_group(self.pid, Signal::TERM);
+        // A stopped process sees no SIGTERM before it goes on.
+        signal_group(self.pid, Signal::CONT);
         if self.gone_within(TERM).await {
             return true;
         }

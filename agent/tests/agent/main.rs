@@ -1,4 +1,6 @@
 //! The agent as its controller and people see it: over HTTP, with real processes that speak the control protocol.
+// A failure in a test's own helper is a failed test.
+#![allow(clippy::unwrap_used)]
 
 mod batches;
 mod by_hand;

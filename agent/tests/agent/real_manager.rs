@@ -4,9 +4,12 @@ use std::path::PathBuf;
 
 use rts_agent::Config;
 
-use crate::setup::{Node, lives};
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::ModuleRequest;
+use rts_plan::observed::ManagerObserved;
+use rts_plan::plan::Work;
+
+use crate::setup::{Node, component, hello_batch, lives, step};
 
 /// `rts-manager` beside the test programs' folder.
 fn program() -> Option<PathBuf> {
@@ -47,4 +50,79 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
     let after = node.agent.inventory().await.unwrap();
     assert_eq!(after.managers, before.managers);
     assert!(lives(after.managers[0].pid));
+}
+
+#[tokio::test]
+async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
+    let modules = program().and_then(|p| Some(p.parent()?.to_owned()));
+    let built = |folder: &PathBuf| {
+        let names = [
+            "libsine_source.so",
+            "liblow_pass_filter.so",
+            "libprinter.so",
+        ];
+        names.iter().all(|name| folder.join(name).exists())
+    };
+    let (Some(program), Some(modules)) = (program(), modules.filter(built)) else {
+        println!("skipped: build everything first (cargo build --workspace --all-targets)");
+        return;
+    };
+    let home = tempfile::Builder::new()
+        .prefix("rts")
+        .tempdir_in("/tmp")
+        .unwrap();
+    let config = Config {
+        home: home.path().to_owned(),
+        node: "local".to_owned(),
+        aliases: Vec::new(),
+        module_path: vec![modules],
+        manager_program: program,
+        controller_socket: None,
+    };
+    let node = Node::of(home, config).await;
+    node.accept(1).await;
+    let mut batch = hello_batch("up", 1);
+    for step in &mut batch.steps {
+        if let Work::LoadModule { type_name, .. } | Work::Create { type_name, .. } = &mut step.work
+        {
+            *type_name = match type_name.as_str() {
+                "Sine" => "SineSource".to_owned(),
+                "Filter" => "LowPassFilter".to_owned(),
+                other => other.to_owned(),
+            };
+        }
+    }
+    let outcomes = node.outcomes(&batch).await;
+    assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
+    let up = node
+        .until(|i| {
+            ["Sine0", "Filter0"].iter().all(|name| {
+                let connector = &component(i, name).connectors[0];
+                connector.samples_received >= 3
+                    && connector.samples_received <= connector.samples_sent
+            })
+        })
+        .await;
+    batch.plan_id = "again".to_owned();
+    let outcomes = node.outcomes(&batch).await;
+    assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
+    let again = node.agent.inventory().await.unwrap();
+    assert_eq!(
+        component(&again, "Printer0").incarnation,
+        component(&up, "Printer0").incarnation
+    );
+    assert!(!node.agent.log("Printer0", 10).await.unwrap().is_empty());
+
+    let stop = |(id, observed): (u32, &ManagerObserved)| {
+        let work = Work::StopManager {
+            manager: observed.key.clone(),
+            incarnation: observed.incarnation.clone(),
+        };
+        step(id, &[], "manager", work)
+    };
+    let steps = (1..).zip(&up.managers).map(stop).collect();
+    let outcomes = node.outcomes(&crate::setup::batch("down", 1, steps)).await;
+    assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
+    assert!(up.managers.iter().all(|m| !lives(m.pid)));
+    assert_eq!(node.managers(), []);
 }

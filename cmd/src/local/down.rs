@@ -255,6 +255,8 @@ fn stop_manager(manager: &LiveManager) -> Outcome {
         return Outcome::Left(format!("manager {name} (pid {pid}) does not die"));
     }
     kill_rest_of_group(pid);
+    // Its folder without its file would look like a manager that is about to start.
+    let _ = std::fs::remove_dir_all(&manager.folder);
     Outcome::Stopped
 }
 

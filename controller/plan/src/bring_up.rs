@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use rts_schemas::system::Configuration;
 
 use crate::decide::{Decisions, Make};
-use crate::diff::{self, InPlace};
 use crate::graph::{Gate, Ix, NewStep, Steps};
+use crate::in_place::{InPlace, in_place};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
@@ -195,7 +195,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         if self.decisions.waits.contains_key(&id) {
             return;
         }
-        let Some(change) = diff::in_place(&want.placed.spec, live.component) else {
+        let Some(change) = in_place(&want.placed.spec, live.component) else {
             return;
         };
         let target = target::component(id.instance);

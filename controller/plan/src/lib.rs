@@ -19,6 +19,7 @@ mod bring_up;
 mod decide;
 mod diff;
 mod graph;
+mod in_place;
 mod index;
 mod links;
 mod order;

@@ -353,7 +353,12 @@ fn replaced_target_is_connected_anew() {
         .components_mut()
         .find(|c| c.instance == "Printer0");
     printer.unwrap().incarnation = "another".to_owned();
-    insta::assert_snapshot!(tell(&story.plan()), @"");
+    insta::assert_snapshot!(tell(&story.plan()), @r"
+    ~ connector/Filter0.out-Printer0.in  its target Printer0 was made again
+    Plan: 0 to add, 1 to change, 0 to remove
+      1 Disconnect   connector/Filter0.out-Printer0.in  (its target Printer0 was made again)
+      2 Connect      connector/Filter0.out-Printer0.in  needs [1]  (its target Printer0 was made again)
+    ");
 }
 
 /// Planning stays near n log n: here a quadratic step would be felt at once.
