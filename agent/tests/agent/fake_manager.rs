@@ -23,8 +23,12 @@ pub fn program(folder: &Path, behaviour: &str) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
     let path = folder.join("fake-manager");
     let test = std::env::current_exe().unwrap();
+    let before = match behaviour {
+        "grandchild" => "sleep 1000 &",
+        _ => "",
+    };
     let text = format!(
-        "#!/bin/sh\nexport RTS_FAKE_BEHAVIOUR={behaviour} RTS_FAKE_ARGS=\"$*\"\nexec '{}' --exact fake_manager::process --ignored --nocapture --test-threads=1\n",
+        "#!/bin/sh\n{before}\nexport RTS_FAKE_BEHAVIOUR={behaviour} RTS_FAKE_ARGS=\"$*\"\nexec '{}' --exact fake_manager::process --ignored --nocapture --test-threads=1\n",
         test.display()
     );
     std::fs::write(&path, text).unwrap();
@@ -37,21 +41,9 @@ pub fn program(folder: &Path, behaviour: &str) -> PathBuf {
 #[ignore = "started by other tests as a manager"]
 fn process() {
     let args = std::env::var("RTS_FAKE_ARGS").expect("is started by a script");
-    match std::env::var("RTS_FAKE_BEHAVIOUR")
-        .unwrap_or_default()
-        .as_str()
-    {
-        "early" => {
-            eprintln!("cannot find my library");
-            std::process::exit(3);
-        }
-        "grandchild" => {
-            std::process::Command::new("sleep")
-                .arg("1000")
-                .spawn()
-                .unwrap();
-        }
-        _ => {}
+    if std::env::var("RTS_FAKE_BEHAVIOUR").as_deref() == Ok("early") {
+        eprintln!("cannot find my library");
+        std::process::exit(3);
     }
     serve(&args);
 }
