@@ -1,8 +1,6 @@
 //! Where an agent's files lie below `RTSCTL_HOME`.
 
-use std::fs::DirBuilder;
 use std::io;
-use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
 use rts_http::server::MAX_SOCKET_PATH;
@@ -84,7 +82,7 @@ impl Folders {
     /// Makes the folders, mode 0700.
     pub fn make(&self) -> Result<(), FolderError> {
         for folder in [&self.run, &self.state, &self.logs] {
-            make_private(folder).map_err(|source| FolderError::Make {
+            rts_host::files::private_folder(folder).map_err(|source| FolderError::Make {
                 folder: folder.clone(),
                 source,
             })?;
@@ -120,11 +118,6 @@ impl Folders {
         }
         self.logs.join(format!("{name}.log"))
     }
-}
-
-/// Makes a folder and its parents with mode 0700.
-pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
-    DirBuilder::new().recursive(true).mode(0o700).create(folder)
 }
 
 /// True for a name that stays inside its folder and survives a shell.

@@ -7,8 +7,6 @@ use rts_agent_api::messages::{NodeSpecEnvelope, NodeSpecReceipt};
 use rts_http::problem::Problem;
 use rts_plan::place::digest;
 
-use crate::durable;
-
 /// Name of the ledger's file in the state folder.
 const FILE: &str = "node-spec.json";
 
@@ -82,7 +80,7 @@ impl Store for FileStore {
     }
 
     fn save(&self, envelope: &NodeSpecEnvelope) -> io::Result<()> {
-        durable::write_json(&self.path, envelope)
+        rts_host::files::replace_durably(&self.path, &serde_json::to_vec_pretty(envelope)?)
     }
 }
 

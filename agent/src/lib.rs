@@ -8,7 +8,6 @@ mod api;
 mod batches;
 mod by_hand;
 mod config;
-mod durable;
 mod events;
 mod execute;
 mod folders;

@@ -4,11 +4,11 @@
 use std::io;
 use std::os::fd::OwnedFd;
 
+use rts_host::identity::start_ticks;
+use rts_host::process::number;
 use rustix::process::PidfdFlags;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
-
-use crate::process::{number, start_ticks};
 
 /// An open process.
 #[derive(Debug)]

@@ -1,13 +1,13 @@
 //! Start and end of an agent.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs;
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rustix::fs::FlockOperation;
+use rts_host::files;
+use rts_host::identity::Identity;
 use tokio::net::UnixListener;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
@@ -18,8 +18,7 @@ use crate::agent::{Agent, StartError};
 use crate::config::Config;
 use crate::launch::{Launcher, ProcessLauncher};
 use crate::managers::adopt_all;
-use crate::process::ProcessFile;
-use crate::{api, durable, session};
+use crate::{api, session};
 
 /// How often the managers are asked without a reason: one that hangs tells nobody.
 const SLOW_TICK: Duration = Duration::from_secs(2);
@@ -43,7 +42,7 @@ pub enum RunError {
 pub struct Running {
     agent: Arc<Agent>,
     /// Held for life.
-    _lock: File,
+    _lock: files::Lock,
     server: JoinHandle<io::Result<()>>,
     stop: oneshot::Sender<()>,
     background: JoinSet<()>,
@@ -164,23 +163,14 @@ async fn watch(agent: Arc<Agent>) {
     }
 }
 
-fn take_lock(agent: &Agent) -> Result<File, StartError> {
+fn take_lock(agent: &Agent) -> Result<files::Lock, StartError> {
     let path = agent.folders.run.join("agent.lock");
-    let file = OpenOptions::new()
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .mode(0o600)
-        .open(&path)
-        .map_err(in_file(&path))?;
-    match rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(file),
-        Err(rustix::io::Errno::WOULDBLOCK) => Err(StartError::Running {
+    files::lock(&path)
+        .map_err(in_file(&path))?
+        .ok_or_else(|| StartError::Running {
             node: agent.config.node.clone(),
             lock: path,
-        }),
-        Err(e) => Err(in_file(&path)(e.into())),
-    }
+        })
 }
 
 /// Binds the socket and describes the process beside it.
@@ -188,8 +178,10 @@ fn listen(agent: &Agent) -> Result<UnixListener, StartError> {
     let socket = agent.folders.agent_socket();
     let listener = rts_http::server::bind(&socket).map_err(in_file(&socket))?;
     let path = description(agent);
-    ProcessFile::own()
-        .and_then(|own| durable::write_json(&path, &own))
+    let own = Identity::own(env!("CARGO_PKG_VERSION"));
+    serde_json::to_vec(&own)
+        .map_err(io::Error::from)
+        .and_then(|text| files::replace(&path, &text))
         .map_err(in_file(&path))?;
     Ok(listener)
 }

@@ -1,12 +1,10 @@
 //! Folders of `RTSCTL_HOME`, the lock that makes this the only controller in it, and the file that says who runs.
 
-use std::fs::{DirBuilder, File, OpenOptions};
-use std::io::{self, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, flock};
-use serde::Serialize;
+use rts_host::files;
+use rts_host::identity::Identity;
 
 /// A home that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -39,16 +37,7 @@ pub enum HomeError {
 pub struct Home {
     root: PathBuf,
     /// Its flock ends with the descriptor.
-    _lock: File,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Process {
-    pid: u32,
-    start_ticks: u64,
-    boot_id: String,
-    version: &'static str,
+    _lock: files::Lock,
 }
 
 impl Home {
@@ -60,31 +49,20 @@ impl Home {
             root.join("state"),
             root.join("logs"),
         ] {
-            DirBuilder::new()
-                .recursive(true)
-                .mode(0o700)
-                .create(&folder)
+            files::private_folder(&folder)
                 .map_err(|source| failed("make the folder", &folder, source))?;
         }
         let path = root.join("run/controller.lock");
-        let lock = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .open(&path)
-            .map_err(|source| failed("open", &path, source))?;
-        match flock(&lock, FlockOperation::NonBlockingLockExclusive) {
-            Ok(()) => Ok(Self {
+        match files::lock(&path) {
+            Ok(Some(lock)) => Ok(Self {
                 root: root.to_owned(),
                 _lock: lock,
             }),
-            Err(rustix::io::Errno::WOULDBLOCK) => Err(HomeError::Held {
+            Ok(None) => Err(HomeError::Held {
                 home: root.to_owned(),
                 holder: holder(&root.join("run/controller.json")),
             }),
-            Err(e) => Err(failed("lock", &path, e.into())),
+            Err(source) => Err(failed("lock", &path, source)),
         }
     }
 
@@ -101,25 +79,11 @@ impl Home {
     /// Says who runs here. Replaced as a whole, so that nobody reads half of it.
     pub fn announce(&self) -> Result<(), HomeError> {
         let path = self.json();
-        let new = path.with_extension("json.new");
-        let text = serde_json::to_vec(&Process {
-            pid: std::process::id(),
-            start_ticks: start_ticks(),
-            boot_id: boot_id(),
-            version: env!("CARGO_PKG_VERSION"),
-        })
-        .map_err(|e| failed("write", &path, e.into()))?;
-        let write = || {
-            let mut file = OpenOptions::new()
-                .write(true)
-                .create(true)
-                .truncate(true)
-                .mode(0o600)
-                .open(&new)?;
-            file.write_all(&text)?;
-            std::fs::rename(&new, &path)
-        };
-        write().map_err(|source| failed("write", &path, source))
+        let own = Identity::own(env!("CARGO_PKG_VERSION"));
+        serde_json::to_vec(&own)
+            .map_err(io::Error::from)
+            .and_then(|text| files::replace(&path, &text))
+            .map_err(|source| failed("write", &path, source))
     }
 
     /// Takes the socket and the file away. The lock goes with this value.
@@ -147,26 +111,10 @@ fn failed(what: &'static str, path: &Path, source: io::Error) -> HomeError {
 }
 
 fn holder(json: &Path) -> String {
-    let text = std::fs::read(json).unwrap_or_default();
-    let value: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
-    match value.get("pid").and_then(serde_json::Value::as_u64) {
-        Some(pid) => format!("pid {pid}"),
-        None => "it is starting".to_owned(),
-    }
-}
-
-/// Field 22 of `/proc/self/stat`; 0 when there is no such file.
-fn start_ticks() -> u64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The second field is the program's name in parentheses and may contain blanks.
-    let rest = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
-    let field = rest.split_whitespace().nth(19);
-    field.and_then(|field| field.parse().ok()).unwrap_or(0)
-}
-
-fn boot_id() -> String {
-    let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
-    id.trim().to_owned()
+    Identity::read(json).map_or_else(
+        || "it is starting".to_owned(),
+        |own| format!("pid {}", own.pid),
+    )
 }
 
 #[cfg(test)]
@@ -186,10 +134,5 @@ mod tests {
         home.leave();
         drop(home);
         Home::take(folder.path()).unwrap();
-    }
-
-    #[test]
-    fn the_start_of_this_process_is_known() {
-        assert!(start_ticks() > 0);
     }
 }

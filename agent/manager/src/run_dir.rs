@@ -1,15 +1,16 @@
 //! The run folder: lock, control socket and `manager.json`.
 
-use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
+use std::fs::{self, Permissions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
+use rts_host::files;
+use rts_host::identity::{boot_id, start_ticks};
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::Hello;
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
-use rustix::fs::{FlockOperation, flock};
 
 use crate::log;
 
@@ -45,7 +46,7 @@ pub struct RunDir {
     description: Vec<u8>,
     listener: UnixListener,
     inode: (u64, u64),
-    _lock: File,
+    _lock: files::Lock,
 }
 
 impl RunDir {
@@ -99,16 +100,7 @@ impl RunDir {
 
     fn write_description(&self) -> Result<(), RunDirError> {
         let path = self.dir.join(MANAGER_JSON);
-        let new = self.dir.join("manager.json.new");
-        let written = OpenOptions::new()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(0o600)
-            .open(&new)
-            .and_then(|mut file| io::Write::write_all(&mut file, &self.description))
-            .and_then(|()| fs::rename(&new, &path));
-        written.map_err(fault("write", &path))
+        files::replace(&path, &self.description).map_err(fault("write", &path))
     }
 }
 
@@ -121,24 +113,13 @@ fn fault(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirE
     }
 }
 
-fn lock(dir: &Path) -> Result<File, RunDirError> {
-    DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(dir)
-        .map_err(fault("create", dir))?;
+fn lock(dir: &Path) -> Result<files::Lock, RunDirError> {
+    files::private_folder(dir).map_err(fault("create", dir))?;
     let path = dir.join(LOCK);
-    let file = OpenOptions::new()
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .mode(0o600)
-        .open(&path)
-        .map_err(fault("open", &path))?;
-    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(file),
-        Err(rustix::io::Errno::WOULDBLOCK) => Err(RunDirError::Held(path)),
-        Err(error) => Err(fault("lock", &path)(error.into())),
+    match files::lock(&path) {
+        Ok(Some(lock)) => Ok(lock),
+        Ok(None) => Err(RunDirError::Held(path)),
+        Err(error) => Err(fault("lock", &path)(error)),
     }
 }
 
@@ -168,18 +149,9 @@ fn describe(hello: &Hello) -> Vec<u8> {
         name: hello.name.clone(),
         incarnation: hello.incarnation.clone(),
         pid: hello.pid,
-        start_ticks: start_ticks().unwrap_or_default(),
-        boot_id: fs::read_to_string("/proc/sys/kernel/random/boot_id")
-            .map(|id| id.trim().to_owned())
-            .unwrap_or_default(),
+        start_ticks: start_ticks(hello.pid).unwrap_or_default(),
+        boot_id: boot_id().unwrap_or_default(),
         started: hello.started.clone(),
     };
     serde_json::to_vec(&file).unwrap_or_default()
-}
-
-/// Field 22 of `/proc/self/stat`. The second field, a name in parentheses, may hold blanks and parentheses.
-fn start_ticks() -> Option<u64> {
-    let stat = fs::read_to_string("/proc/self/stat").ok()?;
-    let (_, rest) = stat.rsplit_once(')')?;
-    rest.split_whitespace().nth(19)?.parse().ok()
 }

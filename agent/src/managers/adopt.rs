@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::identity::{boot_id, start_ticks};
+use rts_host::process::group_lives;
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rustix::fs::FlockOperation;
@@ -18,7 +20,7 @@ use crate::events::of_manager;
 use crate::folders::{folder_id, is_folder_id};
 use crate::launch::Exit;
 use crate::pidfd::PidFd;
-use crate::process::{boot_id, group_lives, signal_group, start_ticks};
+use crate::process::signal_group;
 
 /// How long a manager that holds its lock may take to describe itself.
 const DESCRIBE: Duration = Duration::from_secs(2);
@@ -114,7 +116,7 @@ pub(super) fn is_locked(folder: &Path) -> bool {
 /// Removes the folder of a dead manager, and what is left of its process group.
 fn bury(folder: &Path) {
     if let Ok(file) = describe(folder)
-        && boot_id().is_ok_and(|boot| boot == file.boot_id)
+        && boot_id().is_some_and(|boot| boot == file.boot_id)
         // While the group has members, its number is given to no new process.
         && start_ticks(file.pid).is_none_or(|ticks| ticks == file.start_ticks)
         && group_lives(file.pid)

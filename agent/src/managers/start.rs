@@ -14,10 +14,10 @@ use super::adopt::is_locked;
 use super::{GROUP_END, Identity, Manager};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
-use crate::folders::make_private;
 use crate::launch::{Exit, LaunchError, Launched, Start};
 use crate::log_tail;
 use crate::process::{kill_group, signal_group};
+use rts_host::files::private_folder;
 
 /// How long a manager may take to say Hello.
 pub(crate) const HELLO: Duration = Duration::from_secs(5);
@@ -223,7 +223,7 @@ fn prepare(folder: &Path) -> Result<(), StartManagerError> {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
             _ => {}
         }
-        make_private(folder)
+        private_folder(folder)
     };
     make().map_err(|source| StartManagerError::Folder {
         folder: folder.display().to_string(),

@@ -56,11 +56,8 @@ async fn one_agent_serves_a_node_and_leaves_nothing_behind() {
         (info.node.as_str(), info.pid),
         ("local", std::process::id())
     );
-    let description = std::fs::read_to_string(node.run().join("agent.json")).unwrap();
-    assert!(
-        description.contains(&format!("\"pid\": {}", info.pid)),
-        "{description}"
-    );
+    let described = rts_host::identity::Identity::read(&node.run().join("agent.json")).unwrap();
+    assert!(described.is_now() && described.pid == info.pid);
 
     let error = start_beside(&node.config).await.err().unwrap();
     assert!(error.to_string().contains("runs already"), "{error}");

@@ -1,10 +1,10 @@
 //! `rtsctl version`.
 
 use rts_controller_api::objects::{Kind, Node};
+use rts_host::identity::Identity;
 
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::local::process::Identity;
 use crate::session::Session;
 
 /// Print the versions of rtsctl, and of the controller and the agents that run

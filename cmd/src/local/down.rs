@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use rts_host::identity::Identity;
+use rts_host::process::{Process, signal_group};
 use rts_manager_api::client::Client;
 use rts_manager_api::control::RequestBody;
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
@@ -10,7 +12,6 @@ use rustix::process::Signal;
 
 use super::home::Home;
 use super::lock::is_held;
-use super::process::{Identity, Process, kill_rest_of_group};
 use super::{LocalError, plural};
 
 /// Time for each gentle step before a harder one.
@@ -193,7 +194,8 @@ impl Outcome {
 }
 
 fn stop_daemon(what: &str, json: &Path, lock: &Path) -> Result<Outcome, LocalError> {
-    let Some(process) = Identity::read(json).and_then(|identity| identity.open()) else {
+    let Some(process) = Identity::read(json).and_then(|identity| Process::identified(&identity))
+    else {
         return Ok(if is_held(lock)? {
             Outcome::Left(format!(
                 "{what} holds {} but {} does not say which process it is",
@@ -220,13 +222,12 @@ fn stop_manager(manager: &LiveManager) -> Outcome {
     let name = manager.display_name();
     let client = Client::connect(&manager.folder.join(CONTROL_SOCKET), GRACE).ok();
     let process = match (&manager.file, &client) {
-        (Some(file), _) => Identity {
+        (Some(file), _) => Process::identified(&Identity {
             pid: file.pid,
             start_ticks: file.start_ticks,
             boot_id: file.boot_id.clone(),
             version: String::new(),
-        }
-        .open(),
+        }),
         (None, Some(client)) => Process::open(client.hello().pid),
         (None, None) => None,
     };
@@ -254,7 +255,9 @@ fn stop_manager(manager: &LiveManager) -> Outcome {
     if !gone {
         return Outcome::Left(format!("manager {name} (pid {pid}) does not die"));
     }
-    kill_rest_of_group(pid);
+    if let Ok(leader) = u32::try_from(pid) {
+        let _ = signal_group(leader, Signal::KILL);
+    }
     // Its folder without its file would look like a manager that is about to start.
     let _ = std::fs::remove_dir_all(&manager.folder);
     Outcome::Stopped

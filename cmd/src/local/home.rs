@@ -1,8 +1,6 @@
 //! Where the local stack's folder is and what lies in it.
 
-use std::fs::DirBuilder;
 use std::io;
-use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
@@ -106,7 +104,7 @@ impl Home {
 
 /// Makes a folder and what is missing above it, for the user alone.
 pub fn make_private(path: &Path) -> Result<(), LocalError> {
-    match DirBuilder::new().recursive(true).mode(0o700).create(path) {
+    match rts_host::files::private_folder(path) {
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(()),
         other => other.map_err(LocalError::file("make the folder", path)),
     }

@@ -3,7 +3,6 @@
 pub mod down;
 pub mod home;
 pub mod lock;
-pub mod process;
 pub mod remove;
 pub mod up;
 

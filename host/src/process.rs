@@ -1,0 +1,171 @@
+//! Live processes, held by pidfd, and their groups.
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
+
+use crate::identity::{Identity, stat_fields};
+
+/// A live process. The handle never comes to mean another one.
+#[derive(Debug)]
+pub struct Process {
+    pid: Pid,
+    fd: OwnedFd,
+}
+
+impl Process {
+    /// Whoever has this pid now.
+    pub fn open(pid: u32) -> Option<Self> {
+        let pid = number(pid).ok()?;
+        let fd = pidfd_open(pid, PidfdFlags::empty()).ok()?;
+        Some(Self { pid, fd })
+    }
+
+    /// The very process that is meant, if it still lives.
+    pub fn identified(identity: &Identity) -> Option<Self> {
+        let process = Self::open(identity.pid)?;
+        // Compared after the pidfd was opened: if it is right now, the pidfd is of the process that is meant. A zombie
+        // has a pid and a start time, but nothing that could be stopped.
+        (identity.is_now() && !process.ended(Duration::ZERO)).then_some(process)
+    }
+
+    /// Its number.
+    pub fn pid(&self) -> i32 {
+        self.pid.as_raw_nonzero().get()
+    }
+
+    /// Sends a signal to it alone. One that has ended is no error.
+    pub fn signal(&self, signal: Signal) {
+        let _ = pidfd_send_signal(&self.fd, signal);
+    }
+
+    /// Sends a signal to its process group, if it leads one and still lives.
+    pub fn signal_group(&self, signal: Signal) {
+        let leads = rustix::process::getpgid(Some(self.pid)).is_ok_and(|group| group == self.pid);
+        if leads && !self.ended(Duration::ZERO) {
+            let _ = kill_process_group(self.pid, signal);
+        } else {
+            self.signal(signal);
+        }
+    }
+
+    /// Waits for its end; true when it has ended. A zombie has ended.
+    pub fn ended(&self, patience: Duration) -> bool {
+        let end = Instant::now() + patience;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let timeout = Timespec {
+                tv_sec: left.as_secs().try_into().unwrap_or(i64::MAX),
+                tv_nsec: left.subsec_nanos().into(),
+            };
+            let mut fds = [PollFd::new(&self.fd, PollFlags::IN)];
+            match poll(&mut fds, Some(&timeout)) {
+                Ok(0) => return false,
+                Ok(_) => return true,
+                Err(rustix::io::Errno::INTR) => {}
+                Err(_) => return false,
+            }
+        }
+    }
+}
+
+/// Sends a signal to a whole process group; an empty one is fine.
+pub fn signal_group(leader: u32, signal: Signal) -> io::Result<()> {
+    match kill_process_group(number(leader)?, signal) {
+        Ok(()) | Err(rustix::io::Errno::SRCH) => Ok(()),
+        Err(e) => Err(e.into()),
+    }
+}
+
+/// True while a process of the group lives. Zombies do not count: their parent may never reap them.
+pub fn group_lives(leader: u32) -> bool {
+    let Ok(group) = number(leader) else {
+        return false;
+    };
+    if rustix::process::test_kill_process_group(group) == Err(rustix::io::Errno::SRCH) {
+        return false;
+    }
+    let Ok(processes) = std::fs::read_dir("/proc") else {
+        return true;
+    };
+    processes.flatten().any(|entry| {
+        let name = entry.file_name();
+        let is_process = name
+            .to_str()
+            .is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()));
+        is_process
+            && std::fs::read_to_string(entry.path().join("stat"))
+                .is_ok_and(|s| in_group(&s, leader))
+    })
+}
+
+fn in_group(stat: &str, group: u32) -> bool {
+    let Some(mut fields) = stat_fields(stat) else {
+        return false;
+    };
+    let state = fields.next();
+    !matches!(state, Some("Z" | "X")) && fields.nth(1) == Some(group.to_string().as_str())
+}
+
+/// A process number that may be given to the kernel: 0 is one's own group, 1 and -1 are everybody.
+pub fn number(pid: u32) -> io::Result<Pid> {
+    let usable = i32::try_from(pid)
+        .ok()
+        .filter(|pid| *pid > 1)
+        .and_then(Pid::from_raw);
+    usable.ok_or_else(|| {
+        io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("pid {pid} is not usable"),
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::process::CommandExt;
+    use std::process::Command;
+
+    #[test]
+    fn a_zombie_and_another_group_do_not_count() {
+        assert!(in_group("42 (a) b) S 7 42 42 0", 42));
+        assert!(!in_group("42 (a) b) S 7 42 42 0", 7));
+        assert!(!in_group("42 (x) Z 7 42 42 0", 42));
+        assert!(!in_group("rubbish", 42));
+    }
+
+    #[test]
+    fn dangerous_numbers_are_refused() {
+        for pid in [0, 1, u32::MAX] {
+            assert!(number(pid).is_err());
+            assert!(!group_lives(pid));
+            assert!(signal_group(pid, Signal::TERM).is_err());
+        }
+    }
+
+    #[test]
+    fn a_process_is_held_by_its_identity() {
+        let mut child = Command::new("sleep")
+            .arg("60")
+            .process_group(0)
+            .spawn()
+            .unwrap();
+        let right = Identity::of(child.id()).unwrap();
+        let late = Identity {
+            start_ticks: right.start_ticks + 1,
+            ..right.clone()
+        };
+        assert!(Process::identified(&late).is_none());
+        let process = Process::identified(&right).unwrap();
+        assert!(group_lives(child.id()));
+        process.signal_group(Signal::KILL);
+        assert!(process.ended(Duration::from_secs(10)));
+        assert!(Process::identified(&right).is_none(), "a zombie is nobody");
+        assert!(!group_lives(child.id()), "a zombie is nobody");
+        child.wait().unwrap();
+    }
+}
