@@ -3,7 +3,7 @@
 //! Pure, synchronous and deterministic: no clock, no file, no network. The controller plans roll-outs with it; an
 //! agent heals its own node with the same code.
 //!
-//! From outside: [`place`](place::place) settles where everything goes, [`check_orders`](check::check_orders) refuses
+//! From outside: [`place`](place::place) settles where everything goes, [`check_orders`] refuses
 //! orders that can never be obeyed, [`plan`](planner::plan) plans, [`render`](render::render) shows a plan to people.
 
 pub mod check;
