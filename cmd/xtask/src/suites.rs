@@ -148,7 +148,17 @@ fn docs() -> Result<()> {
     project::run(project::cargo().args(["test", "--workspace", "--doc", "--locked", "--quiet"]))?;
     project::run(
         project::cargo()
-            .args(["doc", "--workspace", "--lib", "--no-deps", "--locked", "--quiet"])
-            .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private_intra_doc_links"),
+            .args([
+                "doc",
+                "--workspace",
+                "--lib",
+                "--no-deps",
+                "--locked",
+                "--quiet",
+            ])
+            .env(
+                "RUSTDOCFLAGS",
+                "-D warnings -A rustdoc::private_intra_doc_links",
+            ),
     )
 }
