@@ -27,6 +27,9 @@ pub(crate) struct Folders {
 /// Folders that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
+    /// The folders cannot be ours.
+    #[error(transparent)]
+    Claim(#[from] rts_host::home::ClaimError),
     /// A node name that is no file name.
     #[error(
         "node name {0:?} is not usable: use 1 to 63 of a-z, A-Z, 0-9, '-', '_' and '.', not starting with '.'"
@@ -81,6 +84,9 @@ impl Folders {
 
     /// Makes the folders, mode 0700.
     pub fn make(&self) -> Result<(), FolderError> {
+        if let Some(home) = self.run.ancestors().nth(2) {
+            rts_host::home::claim(home)?;
+        }
         for folder in [&self.run, &self.state, &self.logs] {
             rts_host::files::private_folder(folder).map_err(|source| FolderError::Make {
                 folder: folder.clone(),

@@ -19,6 +19,9 @@ pub enum HomeError {
         /// Who, as far as known.
         holder: String,
     },
+    /// The folders cannot be ours.
+    #[error(transparent)]
+    Claim(#[from] rts_host::home::ClaimError),
     /// A folder or file failed.
     #[error("cannot {what} {}", path.display())]
     Io {
@@ -43,15 +46,7 @@ pub struct Home {
 impl Home {
     /// Makes the folders (mode 0700) and takes the lock.
     pub fn take(root: &Path) -> Result<Self, HomeError> {
-        for folder in [
-            root.to_owned(),
-            root.join("run"),
-            root.join("state"),
-            root.join("logs"),
-        ] {
-            files::private_folder(&folder)
-                .map_err(|source| failed("make the folder", &folder, source))?;
-        }
+        rts_host::home::claim(root)?;
         let path = root.join("run/controller.lock");
         match files::lock(&path) {
             Ok(Some(lock)) => Ok(Self {

@@ -2,5 +2,6 @@
 //! and processes that are known by more than a number.
 
 pub mod files;
+pub mod home;
 pub mod identity;
 pub mod process;

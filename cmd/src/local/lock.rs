@@ -103,8 +103,7 @@ pub fn is_held(path: &Path) -> Result<bool, LocalError> {
 
 /// Makes the folders that the daemons write to, for the user alone.
 pub fn make_folders(home: &Home, node: &str) -> Result<(), LocalError> {
-    make_private(&home.run())?;
-    make_private(&home.state())?;
+    rts_host::home::claim(home.path())?;
     make_private(&home.logs().join(node))
 }
 

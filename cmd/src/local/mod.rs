@@ -32,6 +32,9 @@ pub enum LocalError {
         /// The kernel's limit.
         limit: usize,
     },
+    /// Its folders cannot be ours.
+    #[error(transparent)]
+    Claim(#[from] rts_host::home::ClaimError),
     /// A file or folder of the home.
     #[error("cannot {what} {}", path.display())]
     File {
@@ -100,6 +103,7 @@ impl LocalError {
         match self {
             LocalError::NoHome
             | LocalError::HomeTooLong { .. }
+            | LocalError::Claim(_)
             | LocalError::SystemsRun { .. }
             | LocalError::Declined => Exit::Usage,
             LocalError::Locked { .. } => Exit::Deadline,

@@ -1,76 +1,39 @@
 //! Removes the folders of a local stack that was stopped, and nothing that is not its own.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use rts_manager_api::files::{CONTROL_SOCKET, MANAGER_JSON};
+use rts_host::home::is_claimed;
 
 use super::LocalError;
 use super::home::Home;
 
-/// Files that only our programs write into `run/`.
-const RUN_MARKS: [&str; 8] = [
-    "controller.lock",
-    "controller.json",
-    "controller.sock",
-    "agent.lock",
-    "agent.json",
-    "agent.sock",
-    MANAGER_JSON,
-    CONTROL_SOCKET,
-];
-
-/// Removes `run/`; with `purge` also `state/`, `logs/` and the home if nothing else is in it. Gives what it left alone.
+/// Removes `run/`; with `purge` also `state/`, `logs/` and the home if nothing else is in it. A folder without our mark
+/// is left alone: a mistaken home must lose nothing. Gives what it left alone.
 pub fn remove(home: &Home, purge: bool) -> Result<Vec<PathBuf>, LocalError> {
     let mut alone = Vec::new();
-    let own = |folder: PathBuf, marks: &[&str], alone: &mut Vec<PathBuf>| {
-        if !folder.is_dir() {
-            return Ok(());
-        }
-        if !is_ours(&folder, marks)? {
-            alone.push(folder);
-            return Ok(());
-        }
-        std::fs::remove_dir_all(&folder).map_err(LocalError::file("remove", folder))
+    let kept = if purge {
+        vec![home.state(), home.logs()]
+    } else {
+        Vec::new()
     };
-    own(home.run(), &RUN_MARKS, &mut alone)?;
-    if purge {
-        own(
-            home.state(),
-            &["controller.redb", "node-spec.json"],
-            &mut alone,
-        )?;
-        own(home.logs(), &["controller.log", "agent.log"], &mut alone)?;
-        // Fails when anything else is in it: that is not ours to remove.
-        if std::fs::remove_dir(home.path()).is_err() && alone.is_empty() {
-            alone.push(home.path().to_owned());
+    for folder in [home.run()].into_iter().chain(kept) {
+        if is_claimed(&folder) {
+            std::fs::remove_dir_all(&folder).map_err(LocalError::file("remove", folder))?;
+        } else if folder.is_dir() && std::fs::remove_dir(&folder).is_err() {
+            alone.push(folder);
         }
+    }
+    // Fails when anything else is in it: that is not ours to remove.
+    if purge && std::fs::remove_dir(home.path()).is_err() && alone.is_empty() {
+        alone.push(home.path().to_owned());
     }
     Ok(alone)
-}
-
-/// A mistaken home must lose nothing: a folder is ours if it holds no file, or one that only our programs write.
-fn is_ours(folder: &Path, marks: &[&str]) -> Result<bool, LocalError> {
-    let mut names = Vec::new();
-    collect_names(folder, 2, &mut names)?;
-    Ok(names.is_empty() || names.iter().any(|name| marks.contains(&name.as_str())))
-}
-
-/// Names of what is in a folder; of folders only those that are too deep to be looked into.
-fn collect_names(folder: &Path, depth: u32, names: &mut Vec<String>) -> Result<(), LocalError> {
-    for entry in std::fs::read_dir(folder).map_err(LocalError::file("read", folder))? {
-        let entry = entry.map_err(LocalError::file("read", folder))?;
-        if depth > 0 && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            collect_names(&entry.path(), depth - 1, names)?;
-        } else {
-            names.push(entry.file_name().to_string_lossy().into_owned());
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     fn home(folder: &Path) -> Home {
         Home::settle(Some(folder.to_owned())).unwrap()
@@ -85,6 +48,7 @@ mod tests {
     fn a_purge_takes_what_is_ours_and_the_home() {
         let temp = tempfile::tempdir().unwrap();
         let home = home(&temp.path().join("h"));
+        rts_host::home::claim(home.path()).unwrap();
         write(&home.controller_lock());
         write(&home.state().join("controller.redb"));
         write(&home.agent_log("local"));
@@ -114,6 +78,7 @@ mod tests {
     fn down_without_purge_keeps_state_and_logs() {
         let temp = tempfile::tempdir().unwrap();
         let home = home(temp.path());
+        rts_host::home::claim(home.path()).unwrap();
         write(&home.agent_lock("local"));
         write(&home.state().join("controller.redb"));
         remove(&home, false).unwrap();
