@@ -76,11 +76,10 @@ fn line(text: &str, home: &Path) -> Command {
     let mut words = text.split_whitespace();
     let programs = project::programs("dev");
     let program = words.next().unwrap_or_default();
-    let beside = programs.join(program);
-    let mut command = if beside.is_file() {
-        project::command(beside)
-    } else {
-        project::command(program)
+    let mut command = match program {
+        // Never another one that is installed.
+        "rtsctl" => project::command(programs.join(program)),
+        _ => project::command(program),
     };
     command.args(words).env("RTSCTL_HOME", home);
     command

@@ -7,31 +7,49 @@ use anyhow::{Context, Result, bail};
 
 use crate::project;
 
-/// A system program and the Debian package that has it.
-const PACKAGES: [(&str, &str); 3] = [("cc", "gcc"), ("c++", "g++"), ("python3", "python3-venv")];
+/// What is needed: how to see that it is there, and the Debian package that has it.
+const NEEDS: [(&[&str], &str); 4] = [
+    (&["cc", "--version"], "gcc"),
+    (&["c++", "--version"], "g++"),
+    (&["python3", "-c", "import ensurepip"], "python3-venv"),
+    (&["flock", "--version"], "util-linux"),
+];
 
 /// Installs missing system packages when running as root on Debian; otherwise says what to install.
 pub fn packages() -> Result<()> {
-    let missing: Vec<&str> = PACKAGES
+    let missing: Vec<&str> = NEEDS
         .iter()
-        .filter(|(program, _)| find(program).is_none())
+        .filter(|(probe, _)| !answers(project::command(probe[0]).args(&probe[1..])))
         .map(|(_, package)| *package)
         .collect();
-    if missing.is_empty() {
-        return Ok(());
+    if !missing.is_empty() {
+        if !rustix::process::geteuid().is_root() || find("apt-get").is_none() {
+            bail!(
+                "these packages are needed and cannot be installed from here: {}",
+                missing.join(" ")
+            );
+        }
+        project::run(project::command("apt-get").args(["update", "-q"]))?;
+        project::run(
+            project::command("apt-get")
+                .args(["install", "-y", "-q"])
+                .args(&missing),
+        )?;
     }
-    if !rustix::process::geteuid().is_root() || find("apt-get").is_none() {
-        bail!(
-            "these packages are needed and cannot be installed from here: {}",
-            missing.join(" ")
-        );
+    for component in ["fmt", "clippy"] {
+        if !has_cargo(component) {
+            bail!("`cargo {component}` is missing: run `rustup component add rustfmt clippy`");
+        }
     }
-    project::run(project::command("apt-get").args(["update", "-q"]))?;
-    project::run(
-        project::command("apt-get")
-            .args(["install", "-y", "-q"])
-            .args(&missing),
-    )
+    Ok(())
+}
+
+fn answers(command: &mut Command) -> bool {
+    command
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
 }
 
 /// A cargo subcommand: on the path, else from PyPI into the target folder, else by `cargo install` there.
@@ -75,10 +93,5 @@ pub fn find(program: &str) -> Option<PathBuf> {
 
 /// True when a cargo subcommand answers.
 pub fn has_cargo(subcommand: &str) -> bool {
-    let mut command: Command = project::cargo();
-    command
-        .args([subcommand, "--version"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    answers(project::cargo().args([subcommand, "--version"]))
 }
