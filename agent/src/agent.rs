@@ -12,9 +12,10 @@ use crate::batches::Batches;
 use crate::config::Config;
 use crate::events::Events;
 use crate::folders::{FolderError, Folders};
+use crate::heal::{BackOff, Lease};
 use crate::inventory::Keeper;
 use crate::launch::Launcher;
-use crate::ledger::{FileStore, Ledger, LedgerError};
+use crate::ledger::{Fence, FileStore, Ledger, LedgerError};
 use crate::managers::Managers;
 use crate::modules::Modules;
 use crate::restarts::Restarts;
@@ -65,27 +66,35 @@ pub(crate) struct Agent {
     pub events: Events,
     /// Rings when the inventory may have changed.
     pub dirty: Notify,
+    /// Whether a controller is there.
+    pub lease: Lease,
+    /// What failed while no controller was there.
+    pub failures: std::sync::Mutex<BackOff>,
     /// Held while a name for a component made by hand is chosen and taken.
     pub naming: Mutex<()>,
 }
 
 impl Agent {
-    /// Makes the folders and reads the ledger.
-    pub fn new(config: Config, launcher: Arc<dyn Launcher>) -> Result<Self, StartError> {
-        let folders = Folders::new(&config.home, &config.node)?;
-        folders.make()?;
+    /// Reads the ledger. The caller holds the lock of the node: nobody else writes there.
+    pub fn new(
+        config: Config,
+        folders: Folders,
+        launcher: Arc<dyn Launcher>,
+    ) -> Result<Self, StartError> {
         let store = Arc::new(FileStore::new(&folders.state));
         Ok(Self {
             session: uuid::Uuid::new_v4().to_string(),
             ledger: Mutex::new(Ledger::load(&config.node, store)?),
             launcher,
             managers: Managers::default(),
-            modules: Modules::new(&config.module_path),
+            modules: Modules::new(&config.module_path, &config.manager_program),
             inventory: Keeper::new(&config.node),
             restarts: Restarts::default(),
             batches: Batches::default(),
             events: Events::default(),
             dirty: Notify::new(),
+            lease: Lease::default(),
+            failures: Default::default(),
             naming: Mutex::new(()),
             config,
             folders,
@@ -103,21 +112,59 @@ impl Agent {
         }
     }
 
-    /// Accepts or refuses a NodeSpec; a newer one cancels the steps of older batches that have not started.
+    /// Accepts or refuses a NodeSpec; a newer one cancels the steps of older batches that have not started. Goes on
+    /// when the caller gives up: what is on disk and what is in memory must not come to differ.
     pub async fn put_node_spec(
-        &self,
+        self: &Arc<Self>,
         envelope: NodeSpecEnvelope,
     ) -> Result<NodeSpecReceipt, Problem> {
+        let agent = self.clone();
+        let put = tokio::spawn(async move { agent.put_now(envelope).await });
+        put.await
+            .unwrap_or_else(|e| Err(Problem::internal(format!("the ledger's write failed: {e}"))))
+    }
+
+    async fn put_now(&self, envelope: NodeSpecEnvelope) -> Result<NodeSpecReceipt, Problem> {
+        // Held to the end: one write after the other, in memory as on disk.
         let mut ledger = self.ledger.lock().await;
+        if ledger.held().is_none() {
+            self.refuse_stranger(&envelope)?;
+        }
         let receipt = ledger.put(envelope).await?;
         if receipt.changed
             && let Some(held) = ledger.held()
         {
             self.restarts.keep(&held.spec);
-            self.batches.cancel_older(receipt.generation);
+            self.batches.cancel_others(&Fence::of(held));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
         Ok(receipt)
+    }
+
+    /// Without a ledger, what runs tells whom the node obeys: whoever knows all systems of which managers live.
+    fn refuse_stranger(&self, offered: &NodeSpecEnvelope) -> Result<(), Problem> {
+        let knows = |uid: &str| offered.spec.systems.iter().any(|s| s.system.uid == uid);
+        let mut unknown: Vec<String> = self
+            .managers
+            .all()
+            .iter()
+            .filter_map(|m| m.key.system.as_ref())
+            .filter(|system| !knows(&system.uid))
+            .map(|system| system.name.clone())
+            .collect();
+        unknown.dedup();
+        if unknown.is_empty() {
+            return Ok(());
+        }
+        Err(Problem::conflict(
+            "foreign-cluster",
+            format!(
+                "node {} has lost its ledger and runs {}, which cluster {} does not know: stop it with `rtsctl down`, or let the controller that started it send its spec",
+                self.config.node,
+                unknown.join(", "),
+                offered.cluster_uid
+            ),
+        ))
     }
 
     /// Instance names that the ledger wants, with their systems' names.

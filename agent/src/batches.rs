@@ -13,6 +13,7 @@ use tokio::sync::{mpsc, watch};
 use crate::agent::Agent;
 use crate::events::lock;
 use crate::execute::{self, CarryOut, Hands, Queue, Word};
+use crate::ledger::Fence;
 
 /// Version of the stream's format.
 const API_VERSION: &str = "rtsctl.dev/v1";
@@ -49,9 +50,27 @@ pub(crate) struct Entry {
 
 impl Entry {
     fn tell(&self, event: BatchEvent) {
-        let mut events = lock(&self.events);
-        events.push(event);
-        self.grown.send_replace(events.len());
+        let count = {
+            let mut events = lock(&self.events);
+            events.push(event);
+            events.len()
+        };
+        // Not under the lock: who waits may look at the events while the number is locked.
+        self.grown.send_modify(|grown| *grown = count.max(*grown));
+    }
+
+    /// Waits until it has ended.
+    pub async fn over(&self) {
+        let mut grown = self.grown.subscribe();
+        // The sender lives as long as the entry.
+        let _ = grown
+            .wait_for(|_| lock(&self.events).last() == Some(&BatchEvent::End))
+            .await;
+    }
+
+    /// The results so far.
+    pub fn results(&self) -> Vec<BatchEvent> {
+        lock(&self.events).clone()
     }
 
     /// The results from the first on, as JSON Lines, until the batch has ended.
@@ -78,18 +97,30 @@ impl Batches {
         lock(&self.0).batches.get(plan_id).cloned()
     }
 
-    /// Cancels what has not started in batches of older generations.
-    pub fn cancel_older(&self, generation: u64) {
+    /// Cancels what has not started in batches that were made for another spec.
+    pub fn cancel_others(&self, held: &Fence) {
         for entry in lock(&self.0).batches.values() {
-            if entry.batch.generation < generation {
-                let (words, reason) = (
-                    entry.words.clone(),
-                    format!("the node spec was replaced by generation {generation}"),
-                );
+            if fence(&entry.batch) != *held {
+                let words = entry.words.clone();
+                let reason = format!("the node spec was replaced by {held}");
                 // An ended batch listens no more.
                 tokio::spawn(async move { words.send(Word::Cancel(reason)).await });
             }
         }
+    }
+
+    /// Cancels what has not started in one batch.
+    pub async fn cancel(&self, plan_id: &str, reason: &str) {
+        if let Some(entry) = self.find(plan_id) {
+            // An ended batch listens no more.
+            let _ = entry.words.send(Word::Cancel(reason.to_owned())).await;
+        }
+    }
+
+    /// True while a batch runs.
+    pub fn is_busy(&self) -> bool {
+        let known = lock(&self.0);
+        known.batches.len() > known.ended.len()
     }
 
     /// Passes on news of other nodes' steps.
@@ -127,10 +158,41 @@ impl Batches {
     }
 }
 
+/// What a batch was made for.
+fn fence(batch: &Batch) -> Fence {
+    Fence {
+        cluster_uid: batch.cluster_uid.clone(),
+        epoch: batch.epoch,
+        generation: batch.generation,
+    }
+}
+
+/// Ends a batch however its task ends, even by a fault of ours: nobody may wait for it for ever.
+struct Running {
+    agent: Arc<Agent>,
+    entry: Arc<Entry>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let plan_id = &self.entry.batch.plan_id;
+        if lock(&self.entry.events).last() != Some(&BatchEvent::End) {
+            tracing::error!(plan_id, "batch was broken off");
+            self.entry.tell(BatchEvent::End);
+        }
+        self.agent.batches.ended(plan_id);
+        self.agent.dirty.notify_one();
+        tracing::info!(plan_id, "batch ended");
+    }
+}
+
 impl Agent {
     /// Starts a batch, or finds the very same one started before.
     pub async fn submit(self: &Arc<Self>, batch: Batch) -> Result<Arc<Entry>, Problem> {
-        let hands = Arc::new(Hands(self.clone()));
+        let hands = Arc::new(Hands {
+            agent: self.clone(),
+            fence: fence(&batch),
+        });
         self.submit_with(batch, hands).await
     }
 
@@ -150,14 +212,13 @@ impl Agent {
                 format!("another batch of plan {} was sent before", batch.plan_id),
             ));
         }
-        let held = ledger.held().map(|h| h.generation);
-        if held != Some(batch.generation) {
-            let held = held.map_or("none".to_owned(), |g| g.to_string());
+        let (meant, held) = (fence(&batch), ledger.fence());
+        if held.as_ref() != Some(&meant) {
+            let held = held.map_or("none".to_owned(), |fence| fence.to_string());
             return Err(Problem::conflict(
                 "stale-generation",
                 format!(
-                    "the batch is for generation {} of the node spec; this node has {held}: plan again",
-                    batch.generation
+                    "the batch is for the node spec of {meant}; this node has {held}: plan again"
                 ),
             ));
         }
@@ -176,20 +237,20 @@ impl Agent {
             api_version: API_VERSION.to_owned(),
             plan_id: entry.batch.plan_id.clone(),
         });
-        let (agent, running) = (self.clone(), entry.clone());
+        let running = Running {
+            agent: self.clone(),
+            entry: entry.clone(),
+        };
         tokio::spawn(async move {
-            let batch = running.batch.clone();
+            let batch = running.entry.batch.clone();
             let plan_id = batch.plan_id.clone();
             let count = batch.steps.len();
             tracing::info!(plan_id, count, "batch started");
             execute::run(batch, queue, hands, heard, |event| {
                 log(&plan_id, &event);
-                running.tell(event);
+                running.entry.tell(event);
             })
             .await;
-            agent.batches.ended(&plan_id);
-            agent.dirty.notify_one();
-            tracing::info!(plan_id, "batch ended");
         });
         Ok(entry)
     }

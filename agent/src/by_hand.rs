@@ -1,21 +1,22 @@
 //! What people do at a manager without a system: load modules, create and delete components.
 
+mod answers;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory};
 use rts_http::problem::Problem;
-use rts_manager_api::control::{CreateRequest, FailureCode, ModuleInfo, RequestBody, ResponseBody};
+use rts_manager_api::control::{CreateRequest, ModuleInfo, RequestBody, ResponseBody};
 use rts_plan::desired::ManagerKey;
 use rts_schemas::names;
 use rts_schemas::system::ExecutionKind;
 
 use crate::agent::Agent;
-use crate::execute::{StepError, kind_name};
-use crate::manager_link::LinkError;
+use crate::execute::kind_name;
 use crate::managers::Manager;
-use crate::modules::ModuleError;
+use answers::{factory, link, module};
 
 /// For requests that call into a component or open a module.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -32,7 +33,7 @@ impl Agent {
         type_name: &str,
     ) -> Result<Factory, Problem> {
         let module = self.modules.find(type_name, None).await.map_err(module)?;
-        let manager = self.find_or_start(manager).await?;
+        let (manager, _) = self.find_or_start(manager).await?;
         self.dirty.notify_one();
         load(&manager, type_name, module.path).await.map(factory)
     }
@@ -65,14 +66,8 @@ impl Agent {
         let module_file = found.map_err(module)?;
         let _one_at_a_time = self.naming.lock().await;
         let instance = self.choose_name(&wish).await?;
-        let log_path = self.folders.component_log(&instance).ok_or_else(|| {
-            Problem::invalid(
-                "invalid-name",
-                format!("instance name {instance:?} cannot be the name of a log file"),
-            )
-        })?;
-        let manager = self.find_or_start(manager).await?;
-        load(&manager, &wish.type_name, module_file.path).await?;
+        let log_path = self.folders.component_log(&instance);
+        let (manager, fresh) = self.find_or_start(manager).await?;
         let sets = (!wish.parameters.is_empty())
             .then(|| (DEFAULT_SET.to_owned(), wish.parameters))
             .into_iter()
@@ -89,9 +84,12 @@ impl Agent {
             rate: wish.rate,
             log_path: log_path.display().to_string(),
         };
-        let created = manager.link.call(RequestBody::Create(request), LIMIT).await;
+        let created = self.create_in(&manager, request, module_file.path).await;
+        if created.is_err() && fresh {
+            stop_if_empty(&manager).await;
+        }
         self.dirty.notify_one();
-        created.map_err(link)?;
+        created?;
         // The next choice of a name must see this one.
         self.observe().await;
         Ok(CreatedByHand {
@@ -101,8 +99,24 @@ impl Agent {
         })
     }
 
+    async fn create_in(
+        &self,
+        manager: &Manager,
+        request: CreateRequest,
+        module: String,
+    ) -> Result<(), Problem> {
+        load(manager, &request.type_name, module).await?;
+        self.mark_log(manager, &request).await;
+        let created = manager.link.call(RequestBody::Create(request), LIMIT).await;
+        created.map(drop).map_err(link)
+    }
+
     /// Deletes a component that belongs to no system.
-    pub async fn delete_by_hand(&self, manager: &str, instance: &str) -> Result<(), Problem> {
+    pub async fn delete_by_hand(
+        self: &Arc<Self>,
+        manager: &str,
+        instance: &str,
+    ) -> Result<(), Problem> {
         let manager = self.find_manager(manager)?;
         let inventory = self.observe().await;
         let observed = inventory.managers.iter().find(|m| m.key == manager.key);
@@ -132,10 +146,10 @@ impl Agent {
     }
 
     /// The instance name that was wished, or the type name and the first free number.
-    async fn choose_name(&self, wish: &CreateByHand) -> Result<String, Problem> {
+    async fn choose_name(self: &Arc<Self>, wish: &CreateByHand) -> Result<String, Problem> {
         let taken = self.taken_names().await;
         if let Some(name) = &wish.instance {
-            if let Some(fault) = names::name_fault(name) {
+            if let Some(fault) = names::instance_name_problem(name) {
                 return Err(Problem::invalid(
                     "invalid-name",
                     format!("{name:?} is no instance name: {fault}"),
@@ -162,7 +176,7 @@ impl Agent {
     }
 
     /// Instance names of the node, and where each one is or is wanted.
-    async fn taken_names(&self) -> Vec<(String, String)> {
+    async fn taken_names(self: &Arc<Self>) -> Vec<(String, String)> {
         let (inventory, wanted) = (self.observe().await, self.wanted_instances().await);
         let mut taken = Vec::new();
         for manager in inventory.managers {
@@ -177,35 +191,25 @@ impl Agent {
         taken
     }
 
-    /// The manager that a person means: by its display name, or by its short name when only one has it.
+    /// The manager that a person means: by its display name alone, so that a short name never lands in a system's process.
     fn find_manager(&self, name: &str) -> Result<Arc<Manager>, Problem> {
         let node = &self.config.node;
-        self.named(name)?.ok_or_else(|| {
+        self.named(name).ok_or_else(|| {
             Problem::not_found(format!(
                 "no manager {name} runs on node {node}; see `rtsctl get managers`"
             ))
         })
     }
 
-    fn named(&self, name: &str) -> Result<Option<Arc<Manager>>, Problem> {
-        let mut all = self.managers.all();
-        if let Some(at) = all.iter().position(|m| m.key.display_name() == name) {
-            return Ok(Some(all.swap_remove(at)));
-        }
-        all.retain(|m| m.key.name == name);
-        if all.len() > 1 {
-            let names: Vec<_> = all.iter().map(|m| m.key.display_name()).collect();
-            return Err(Problem::conflict(
-                "ambiguous-manager",
-                format!("{name} may mean {}; say which", names.join(" or ")),
-            ));
-        }
-        Ok(all.pop())
+    fn named(&self, name: &str) -> Option<Arc<Manager>> {
+        let mut all = self.managers.all().into_iter();
+        all.find(|manager| manager.key.display_name() == name)
     }
 
-    async fn find_or_start(self: &Arc<Self>, name: &str) -> Result<Arc<Manager>, Problem> {
-        if let Some(manager) = self.named(name)? {
-            return Ok(manager);
+    /// The manager that a person means, and whether it was started just now.
+    async fn find_or_start(self: &Arc<Self>, name: &str) -> Result<(Arc<Manager>, bool), Problem> {
+        if let Some(manager) = self.named(name) {
+            return Ok((manager, false));
         }
         if name.contains('.') {
             return Err(Problem::not_found(format!(
@@ -223,9 +227,21 @@ impl Agent {
             system: None,
             name: name.to_owned(),
         };
-        self.ensure_manager(&key)
-            .await
+        let started = self.ensure_manager(&key).await;
+        started
+            .map(|manager| (manager, true))
             .map_err(|e| Problem::unavailable("manager-failed", e.to_string()))
+    }
+}
+
+/// Stops a manager that was started for a component that could not be made, unless it got another one meanwhile.
+async fn stop_if_empty(manager: &Arc<Manager>) {
+    let held = manager.link.call(RequestBody::Inventory, LIMIT).await;
+    if matches!(held, Ok(ResponseBody::Inventory(i)) if !i.components.is_empty()) {
+        return;
+    }
+    if let Err(e) = manager.stop().await {
+        tracing::warn!("{e}");
     }
 }
 
@@ -237,47 +253,5 @@ async fn load(manager: &Manager, type_name: &str, path: String) -> Result<Module
     match manager.link.call(request, LIMIT).await.map_err(link)? {
         ResponseBody::Module(module) => Ok(module),
         _ => Err(link(manager.link.unexpected())),
-    }
-}
-
-fn factory(module: ModuleInfo) -> Factory {
-    Factory {
-        type_name: module.type_name,
-        vendor: module.vendor,
-        category: module.category,
-        version: module.version,
-        description: module.description,
-        path: module.path,
-        ports: module
-            .ports
-            .into_iter()
-            .map(|p| format!("{}:{}:{}", p.name, p.direction, p.data_type))
-            .collect(),
-        parameters: module.parameters,
-    }
-}
-
-fn module(error: ModuleError) -> Problem {
-    match error {
-        ModuleError::NotFound { .. } => Problem::not_found(error.to_string()),
-        _ => Problem::internal(error.to_string()),
-    }
-}
-
-fn link(error: LinkError) -> Problem {
-    let detail = error.to_string();
-    let error = StepError::from(error);
-    let Some(failure) = error.failure() else {
-        return Problem::unavailable("manager-silent", detail);
-    };
-    match failure.code {
-        FailureCode::NotFound => Problem::not_found(detail),
-        FailureCode::Conflict => Problem::conflict("manager-conflict", detail),
-        FailureCode::Invalid => Problem::invalid("manager-invalid", detail),
-        FailureCode::LoadFailed => Problem::invalid("load-failed", detail),
-        FailureCode::ComponentFailed => Problem::invalid("component-failed", detail),
-        FailureCode::PeerFailed => Problem::new(502, "peer-failed", "bad gateway", detail),
-        FailureCode::Deadline => Problem::new(504, "deadline", "too late", detail),
-        FailureCode::Internal => Problem::internal(detail),
     }
 }

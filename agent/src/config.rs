@@ -1,6 +1,9 @@
 //! What an agent is told when it starts.
 
 use std::path::PathBuf;
+use std::time::Duration;
+
+use rts_agent_api::session::UNKNOWN_AFTER;
 
 /// Settings of an agent.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,9 +20,13 @@ pub struct Config {
     pub manager_program: PathBuf,
     /// Socket of the controller; none to run without one.
     pub controller_socket: Option<PathBuf>,
+    /// After so long without a controller the agent heals its node by itself; none for never.
+    pub heal_after: Option<Duration>,
 }
 
 impl Config {
     /// Name of the node of this machine when no other was given.
     pub const LOCAL_NODE: &str = "local";
+    /// When a controller takes a silent agent for gone, the agent takes the controller for gone too.
+    pub const HEAL_AFTER: Duration = UNKNOWN_AFTER;
 }

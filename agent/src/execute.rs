@@ -93,6 +93,10 @@ impl Runner<'_> {
     async fn run(mut self, mut words: mpsc::Receiver<Word>) {
         let mut talking = true;
         loop {
+            // Here, not only where the alarm rings: a step that ends at that very moment may be seen first.
+            if self.end <= Instant::now() {
+                self.cancel("the batch ran out of time");
+            }
             self.wake();
             self.start();
             if self.queue.is_over() && self.running.is_empty() {
@@ -107,11 +111,7 @@ impl Runner<'_> {
                     Some(Word::Cancel(reason)) => self.cancel(&reason),
                     None => talking = false,
                 },
-                () = sleep_until(alarm.min(self.end)), if !expired => {
-                    if self.end <= Instant::now() {
-                        self.cancel("the batch ran out of time");
-                    }
-                }
+                () = sleep_until(alarm.min(self.end)), if !expired => {}
             }
         }
     }

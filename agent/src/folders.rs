@@ -8,8 +8,10 @@ use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::ManagerKey;
 use sha2::{Digest, Sha256};
 
-/// Longest name that is used as a file name, in bytes; leaves room for `.log`.
-const MAX_NAME: usize = 200;
+use crate::log_name::log_name;
+
+/// Longest node name in bytes.
+const MAX_NODE: usize = 63;
 /// Hexadecimal digits of a manager's folder.
 const ID_DIGITS: usize = 8;
 
@@ -20,8 +22,10 @@ pub(crate) struct Folders {
     pub run: PathBuf,
     /// `state/<node>`.
     pub state: PathBuf,
-    /// `logs/<node>`.
-    pub logs: PathBuf,
+    /// `logs/<node>/components`.
+    pub component_logs: PathBuf,
+    /// `logs/<node>/managers`.
+    pub manager_logs: PathBuf,
 }
 
 /// Folders that cannot be used.
@@ -61,14 +65,16 @@ pub enum FolderError {
 impl Folders {
     /// The folders of a node; nothing is made yet.
     pub fn new(home: &Path, node: &str) -> Result<Self, FolderError> {
-        if node.len() > 63 || !is_file_name(node) {
+        if !is_node_name(node) {
             return Err(FolderError::NodeName(node.to_owned()));
         }
         let home = std::path::absolute(home).unwrap_or_else(|_| home.to_owned());
+        let logs = home.join("logs").join(node);
         let folders = Self {
             run: home.join("run").join(node),
             state: home.join("state").join(node),
-            logs: home.join("logs").join(node),
+            component_logs: logs.join("components"),
+            manager_logs: logs.join("managers"),
         };
         let socket = folders.run.join("0".repeat(ID_DIGITS)).join(CONTROL_SOCKET);
         let length = socket.as_os_str().len();
@@ -87,13 +93,14 @@ impl Folders {
         if let Some(home) = self.run.ancestors().nth(2) {
             rts_host::home::claim(home)?;
         }
-        for folder in [&self.run, &self.state, &self.logs] {
-            rts_host::files::private_folder(folder).map_err(|source| FolderError::Make {
-                folder: folder.clone(),
-                source,
-            })?;
+        let failed = |folder: &PathBuf| {
+            let folder = folder.clone();
+            move |source| FolderError::Make { folder, source }
+        };
+        for folder in [&self.run, &self.component_logs, &self.manager_logs] {
+            rts_host::files::private_folder(folder).map_err(failed(folder))?;
         }
-        Ok(())
+        rts_host::files::durable_folder(&self.state).map_err(failed(&self.state))
     }
 
     /// Socket of the agent.
@@ -106,36 +113,26 @@ impl Folders {
         self.run.join(folder_id(key))
     }
 
-    /// Log of a component; none when its name cannot be a file name.
-    pub fn component_log(&self, instance: &str) -> Option<PathBuf> {
-        is_file_name(instance).then(|| self.logs.join(format!("{instance}.log")))
+    /// Log of a component.
+    pub fn component_log(&self, instance: &str) -> PathBuf {
+        self.component_logs
+            .join(format!("{}.log", log_name(instance)))
     }
 
     /// Standard output and error of a manager.
     pub fn manager_log(&self, key: &ManagerKey) -> PathBuf {
-        let mut name: String = key
-            .display_name()
-            .chars()
-            .map(|c| if is_name_char(c) { c } else { '_' })
-            .take(MAX_NAME)
-            .collect();
-        if name.starts_with('.') {
-            name.insert(0, '_');
-        }
-        self.logs.join(format!("{name}.log"))
+        let name = log_name(&key.display_name());
+        self.manager_logs.join(format!("{name}.log"))
     }
 }
 
 /// True for a name that stays inside its folder and survives a shell.
-pub(crate) fn is_file_name(name: &str) -> bool {
-    !name.is_empty()
-        && name.len() <= MAX_NAME
+fn is_node_name(name: &str) -> bool {
+    (1..=MAX_NODE).contains(&name.len())
         && !name.starts_with('.')
-        && name.chars().all(is_name_char)
-}
-
-fn is_name_char(c: char) -> bool {
-    c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '+' | ':' | '@' | '(' | ')' | ' ')
+        && name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
 }
 
 /// Name of a manager's run folder: 8 hexadecimal digits made of its display name and its system's uid.
@@ -216,10 +213,10 @@ mod tests {
         for name in ["", "..", ".hidden", "a/b", "a\0b", "a\nb"] {
             assert!(Folders::new(Path::new("/tmp/x"), name).is_err(), "{name:?}");
             let folders = Folders::new(Path::new("/tmp/x"), "local").unwrap();
-            assert_eq!(folders.component_log(name), None, "{name:?}");
+            let log = folders.component_log(name);
+            assert_eq!(log.parent(), Some(folders.component_logs.as_path()));
+            let log = folders.manager_log(&key(None, name));
+            assert_eq!(log.parent(), Some(folders.manager_logs.as_path()));
         }
-        let folders = Folders::new(Path::new("/tmp/x"), "local").unwrap();
-        let log = folders.manager_log(&key(None, "../../etc/x"));
-        assert_eq!(log.parent(), Some(folders.logs.as_path()));
     }
 }

@@ -1,21 +1,23 @@
 //! What really runs on the node: all managers are asked at once, and their answers merged.
 
+mod difference;
 mod merge;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rts_agent_api::session::AgentEvent;
 use rts_manager_api::control::{RequestBody, ResponseBody};
-use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState};
+use rts_plan::observed::Inventory;
 
 use crate::agent::Agent;
-use crate::events::{lock, of_manager};
+use crate::events::lock;
 use crate::managers::Manager;
 
-pub(crate) use merge::system_ref;
+use difference::{differences, without_counters};
 use merge::{View, merge};
+pub(crate) use merge::{port, system_ref};
 
 /// How long a manager may take to answer before it counts as not responsive.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -26,8 +28,10 @@ const ANSWER_SILENT: Duration = Duration::from_millis(250);
 #[derive(Debug)]
 pub(crate) struct Keeper {
     last: Mutex<Inventory>,
-    /// Rounds that were begun.
-    rounds: AtomicU64,
+    /// Rounds that were begun; each has a number, from 1.
+    begun: AtomicU64,
+    /// Number of the last round that ended.
+    ended: AtomicU64,
     one_at_a_time: tokio::sync::Mutex<()>,
 }
 
@@ -39,7 +43,8 @@ impl Keeper {
                 node: node.to_owned(),
                 ..Inventory::default()
             }),
-            rounds: AtomicU64::new(0),
+            begun: AtomicU64::new(0),
+            ended: AtomicU64::new(0),
             one_at_a_time: tokio::sync::Mutex::new(()),
         }
     }
@@ -75,14 +80,24 @@ impl Keeper {
 }
 
 impl Agent {
-    /// Asks all managers. Callers that come while a round runs share the next one.
-    pub async fn observe(&self) -> Inventory {
-        let begun = self.inventory.rounds.load(Ordering::SeqCst);
+    /// Asks all managers, in a round that begins after this call. Callers that come while one runs share the next. A
+    /// round goes on when its caller gives up, so that others may rely on it.
+    pub async fn observe(self: &Arc<Self>) -> Inventory {
+        let agent = self.clone();
+        let asked = self.inventory.begun.load(Ordering::SeqCst);
+        let round = tokio::spawn(async move { agent.round_after(asked).await });
+        round.await.unwrap_or_else(|e| {
+            tracing::error!("a round of questions failed: {e}");
+            self.inventory.last()
+        })
+    }
+
+    async fn round_after(&self, asked: u64) -> Inventory {
         let _one = self.inventory.one_at_a_time.lock().await;
-        if self.inventory.rounds.load(Ordering::SeqCst) > begun {
+        if self.inventory.ended.load(Ordering::SeqCst) > asked {
             return self.inventory.last();
         }
-        self.inventory.rounds.fetch_add(1, Ordering::SeqCst);
+        let number = self.inventory.begun.fetch_add(1, Ordering::SeqCst) + 1;
         let managers = self.managers.all();
         let views = futures_util::future::join_all(managers.iter().map(|m| ask(m))).await;
         let before = self.inventory.revision();
@@ -93,6 +108,7 @@ impl Agent {
         if inventory.revision != before {
             self.events.bell.notify_one();
         }
+        self.inventory.ended.store(number, Ordering::SeqCst);
         inventory
     }
 }
@@ -123,86 +139,4 @@ async fn ask(manager: &Manager) -> View {
         responsive: seen.responsive,
         inventory: seen.inventory.clone(),
     }
-}
-
-/// The same inventory with its counters and its revision at zero.
-fn without_counters(inventory: &Inventory) -> Inventory {
-    let mut inventory = inventory.clone();
-    inventory.revision = 0;
-    for component in inventory
-        .managers
-        .iter_mut()
-        .flat_map(|m| &mut m.components)
-    {
-        component.executions = 0;
-        for connector in &mut component.connectors {
-            connector.samples_sent = 0;
-            connector.samples_received = 0;
-            connector.bytes = 0;
-            connector.drops = 0;
-        }
-    }
-    inventory
-}
-
-/// What people should know of the change from one inventory to the next.
-fn differences(old: &Inventory, new: &Inventory) -> Vec<AgentEvent> {
-    let mut events = Vec::new();
-    for manager in &new.managers {
-        let before = old
-            .managers
-            .iter()
-            .find(|m| m.incarnation == manager.incarnation);
-        match (before.is_none_or(|m| m.responsive), manager.responsive) {
-            (true, false) => events.push(of_manager(
-                "Warning",
-                "ManagerSilent",
-                &manager.key,
-                format!("process {} does not answer", manager.pid),
-            )),
-            (false, true) => events.push(of_manager(
-                "Normal",
-                "ManagerAnswers",
-                &manager.key,
-                format!("process {} answers again", manager.pid),
-            )),
-            _ => {}
-        }
-        for component in &manager.components {
-            let before = before
-                .into_iter()
-                .flat_map(|m| &m.components)
-                .find(|c| c.incarnation == component.incarnation);
-            let was_in_error = before.is_some_and(|c| c.state == LifeCycleState::Error);
-            let system = component.system.as_ref().map(|s| s.name.clone());
-            if component.state == LifeCycleState::Error && !was_in_error {
-                events.push(AgentEvent {
-                    kind: "Warning".to_owned(),
-                    reason: "ComponentError".to_owned(),
-                    object: format!("component/{}", component.instance),
-                    system: system.clone(),
-                    message: component
-                        .message
-                        .clone()
-                        .unwrap_or_else(|| "went to Error".to_owned()),
-                });
-            }
-            for connector in &component.connectors {
-                let was_connected = before
-                    .into_iter()
-                    .flat_map(|c| &c.connectors)
-                    .any(|c| c.name == connector.name && c.state == ConnectorState::Connected);
-                if connector.state == ConnectorState::Disconnected && was_connected {
-                    events.push(AgentEvent {
-                        kind: "Warning".to_owned(),
-                        reason: "ConnectorDisconnected".to_owned(),
-                        object: format!("connector/{}", connector.name),
-                        system: system.clone(),
-                        message: format!("lost its other end, {}", connector.target),
-                    });
-                }
-            }
-        }
-    }
-    events
 }

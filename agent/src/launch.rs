@@ -10,6 +10,7 @@ use std::pin::Pin;
 use rts_plan::desired::ManagerKey;
 
 pub use process::ProcessLauncher;
+pub(crate) use process::environment;
 
 /// What is to be started.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -16,6 +16,27 @@ pub(crate) fn tail(path: &Path, lines: usize) -> io::Result<String> {
     tail_from(path, 0, lines)
 }
 
+/// The last lines of a log that may have been rotated: what lies in `<path>.1` goes before, when there are not enough.
+pub(crate) fn tail_of_log(path: &Path, lines: usize) -> io::Result<String> {
+    let lines = lines.min(MAX_LINES);
+    let mut old = path.as_os_str().to_owned();
+    old.push(".1");
+    let now = match tail(path, lines) {
+        // It may be between its two names.
+        Err(e) if e.kind() == io::ErrorKind::NotFound && Path::new(&old).exists() => String::new(),
+        other => other?,
+    };
+    let missing = lines.saturating_sub(now.lines().count());
+    if missing == 0 || now.len() as u64 >= MAX_BYTES {
+        return Ok(now);
+    }
+    match tail(Path::new(&old), missing) {
+        Ok(before) => Ok(before + &now),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(now),
+        Err(e) => Err(e),
+    }
+}
+
 /// The same, without what lies before the byte `from`.
 pub(crate) fn tail_from(path: &Path, from: u64, lines: usize) -> io::Result<String> {
     let lines = lines.min(MAX_LINES);
@@ -80,6 +101,19 @@ mod tests {
         assert_eq!(tail(log(b"\n\n").path(), 1).unwrap(), "\n");
         assert_eq!(tail_from(file.path(), 8, 9).unwrap(), "three\n");
         assert_eq!(tail_from(file.path(), 999, 9).unwrap(), "");
+    }
+
+    #[test]
+    fn a_rotated_log_gives_what_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("x.log");
+        assert!(tail_of_log(&log, 9).is_err());
+        std::fs::write(folder.path().join("x.log.1"), "one\ntwo\n").unwrap();
+        assert_eq!(tail_of_log(&log, 1).unwrap(), "two\n");
+        std::fs::write(&log, "three\n").unwrap();
+        assert_eq!(tail_of_log(&log, 1).unwrap(), "three\n");
+        assert_eq!(tail_of_log(&log, 2).unwrap(), "two\nthree\n");
+        assert_eq!(tail_of_log(&log, 9).unwrap(), "one\ntwo\nthree\n");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::AbortHandle;
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout};
 
 use crate::events::lock;
 
@@ -60,7 +60,7 @@ pub(crate) enum LinkError {
 
 struct Call {
     body: RequestBody,
-    deadline: Duration,
+    deadline: Instant,
     answer: oneshot::Sender<Result<ResponseBody, LinkError>>,
 }
 
@@ -143,7 +143,7 @@ impl Link {
         let (answer, answered) = oneshot::channel();
         let call = Call {
             body,
-            deadline,
+            deadline: Instant::now() + deadline,
             answer,
         };
         let lost = || LinkError::Lost {
@@ -298,14 +298,16 @@ impl Worker {
 impl Pending {
     /// Remembers a call and encodes its request; none when nobody waits for it any more or it cannot be encoded.
     fn note(&mut self, call: Call) -> Option<Vec<u8>> {
-        if call.answer.is_closed() {
+        // What waited for the connection has less time left; without any it could only come too late.
+        let left = call.deadline.saturating_duration_since(Instant::now());
+        if call.answer.is_closed() || left.is_zero() {
             return None;
         }
         let id = self.next_id;
         self.next_id += 1;
         let request = Request {
             id,
-            deadline_ms: call.deadline.as_millis().try_into().unwrap_or(u64::MAX),
+            deadline_ms: left.as_millis().max(1).try_into().unwrap_or(u64::MAX),
             body: call.body,
         };
         match frame::encode(&request) {

@@ -3,6 +3,7 @@
 mod adopt;
 mod start;
 mod stop;
+mod tenant;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use rts_agent_api::session::AgentEvent;
 use rts_manager_api::control::ManagerInventory;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::{ManagerKey, SystemRef};
+use rts_plan::target;
 use tokio::sync::watch;
 
 use crate::agent::Agent;
@@ -22,7 +24,7 @@ use crate::launch::{Exit, ExitFuture};
 use crate::manager_link::{Link, OnChanged};
 use crate::process::kill_group;
 
-pub(crate) use adopt::adopt_all;
+pub(crate) use adopt::{adopt_all, adopt_round};
 pub(crate) use start::StartManagerError;
 pub(crate) use stop::StopError;
 
@@ -35,6 +37,8 @@ pub(crate) struct Managers {
     live: Mutex<BTreeMap<ManagerKey, Arc<Manager>>>,
     /// One lock per manager that is being started.
     starting: Mutex<HashMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
+    /// Held while run folders are looked at, made or removed.
+    folders: tokio::sync::Mutex<()>,
 }
 
 /// One start of a manager.
@@ -95,6 +99,19 @@ impl Managers {
             live.remove(&manager.key);
         }
     }
+}
+
+/// Removes the run folder of a manager that is gone.
+async fn remove_folder(folder: PathBuf) {
+    let remove = move || {
+        if let Err(e) = std::fs::remove_dir_all(&folder)
+            && e.kind() != std::io::ErrorKind::NotFound
+        {
+            tracing::warn!("cannot remove {}: {e}", folder.display());
+        }
+    };
+    // It cannot panic.
+    let _ = tokio::task::spawn_blocking(remove).await;
 }
 
 /// What names one start of a manager.
@@ -181,11 +198,7 @@ impl Agent {
             if !kill_group(manager.pid, GROUP_END).await {
                 tracing::warn!(pid = manager.pid, "processes of the group do not die");
             }
-            if let Err(e) = std::fs::remove_dir_all(&manager.folder)
-                && e.kind() != std::io::ErrorKind::NotFound
-            {
-                tracing::warn!("cannot remove {}: {e}", manager.folder.display());
-            }
+            remove_folder(manager.folder.clone()).await;
             manager.link.close();
             if let Some(agent) = agent.upgrade() {
                 agent.managers.remove(&manager);
@@ -205,7 +218,10 @@ impl Agent {
         for (instance, (system, restarts)) in manager.lost() {
             self.restarts.died(&system, &instance, restarts);
         }
-        self.events.push(died(manager, exit));
+        let event = died(manager, exit);
+        let target = target::on(&self.config.node, &target::manager(&manager.key));
+        lock(&self.failures).failed(target, event.message.clone());
+        self.events.push(event);
     }
 }
 

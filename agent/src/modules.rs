@@ -1,5 +1,9 @@
 //! Finds the module file of a type in the module paths, and its digest.
 
+mod describe;
+#[cfg(test)]
+mod tests;
+
 use std::collections::HashMap;
 use std::fs::{self, Metadata};
 use std::io;
@@ -7,15 +11,19 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use rts_agent_api::messages::{ModuleFile, ModuleResolution};
+use rts_agent_api::messages::{ModuleDescription, ModuleFile, ModuleResolution};
 use rts_schemas::names::module_file_names;
 use sha2::{Digest, Sha256};
+use tokio::sync::Semaphore;
 
 use crate::events::lock;
 use crate::folders::hex;
+use describe::{DescribeError, describe};
 
-/// Most digests that are remembered.
+/// Most digests, and most descriptions, that are remembered.
 const MAX_DIGESTS: usize = 4096;
+/// Most modules that are described at once.
+const MAX_DESCRIBING: usize = 4;
 
 /// A module that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -59,21 +67,69 @@ struct Version {
     size: u64,
 }
 
+/// Descriptions by digest and type name.
+type Descriptions = HashMap<(String, String), Option<ModuleDescription>>;
+
 /// Finds modules. Cheap to clone.
 #[derive(Debug, Clone)]
 pub(crate) struct Modules {
     folders: Arc<[PathBuf]>,
     digests: Arc<Mutex<HashMap<Version, String>>>,
+    /// The manager program, which describes modules.
+    program: Arc<Path>,
+    describing: Arc<Semaphore>,
+    /// By digest and type name; none for a module that cannot be described.
+    descriptions: Arc<Mutex<Descriptions>>,
 }
 
 impl Modules {
-    /// Searches these folders, in order.
-    pub fn new(folders: &[PathBuf]) -> Self {
+    /// Searches these folders, in order. `program` is the manager program.
+    pub fn new(folders: &[PathBuf], program: &Path) -> Self {
         let absolute = |folder: &PathBuf| std::path::absolute(folder).unwrap_or(folder.clone());
         Self {
             folders: folders.iter().map(absolute).collect(),
             digests: Arc::default(),
+            program: program.into(),
+            describing: Arc::new(Semaphore::new(MAX_DESCRIBING)),
+            descriptions: Arc::default(),
         }
+    }
+
+    /// Where the module of a type is, and what it says of itself.
+    pub async fn resolve_described(
+        &self,
+        type_name: &str,
+    ) -> Result<ModuleResolution, ModuleError> {
+        let mut resolution = self.resolve(type_name).await?;
+        if let Some(module) = &mut resolution.module {
+            module.description = self.description(module, type_name).await;
+        }
+        Ok(resolution)
+    }
+
+    async fn description(&self, module: &ModuleFile, type_name: &str) -> Option<ModuleDescription> {
+        let key = (module.digest.clone(), type_name.to_owned());
+        // It is never closed.
+        let _permit = self.describing.acquire().await.ok()?;
+        if let Some(known) = lock(&self.descriptions).get(&key) {
+            return known.clone();
+        }
+        let description = match describe(&self.program, (&module.path).into(), type_name).await {
+            Ok(description) => Some(description),
+            Err(e) => {
+                tracing::warn!("module {} says nothing of itself: {e}", module.path);
+                if matches!(e, DescribeError::Run { .. }) {
+                    return None;
+                }
+                None
+            }
+        };
+        let mut descriptions = lock(&self.descriptions);
+        if descriptions.len() >= MAX_DIGESTS {
+            descriptions.clear();
+        }
+        descriptions.insert(key, description.clone());
+        description
     }
 
     /// Where the module of a type is, or where it was looked for.
@@ -123,6 +179,7 @@ impl Modules {
                         module: Some(ModuleFile {
                             digest: self.digest(&path, &metadata)?,
                             path: path.display().to_string(),
+                            description: None,
                         }),
                         searched,
                     });
@@ -167,60 +224,5 @@ impl Modules {
         }
         digests.insert(version, digest.clone());
         Ok(digest)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[tokio::test]
-    async fn the_first_file_in_the_order_of_paths_and_names_wins() {
-        let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-        let modules = Modules::new(&[a.path().to_owned(), b.path().to_owned()]);
-        let none = modules.resolve("ConsoleIn").await.unwrap();
-        assert_eq!((none.module, none.searched.len()), (None, 4));
-        let error = modules.find("ConsoleIn", None).await.unwrap_err();
-        assert!(error.to_string().contains("libconsole_in.so"), "{error}");
-
-        fs::write(b.path().join("libconsole_in.so"), "b").unwrap();
-        let found = modules.find("ConsoleIn", None).await.unwrap();
-        assert_eq!(
-            found.path,
-            b.path().join("libconsole_in.so").display().to_string()
-        );
-        fs::write(a.path().join("ConsoleIn.so"), "a").unwrap();
-        let found = modules.find("ConsoleIn", None).await.unwrap();
-        assert_eq!(
-            found.path,
-            a.path().join("ConsoleIn.so").display().to_string()
-        );
-        assert_eq!(
-            found.digest,
-            "ca978112ca1bbdcafac231b39a23dc4da786eff8147c4e72b9807785afee48bb"
-        );
-    }
-
-    #[tokio::test]
-    async fn a_changed_file_has_a_new_digest_and_is_refused_when_pinned() {
-        let folder = tempfile::tempdir().unwrap();
-        let modules = Modules::new(&[folder.path().to_owned()]);
-        let path = folder.path().join("libsink.so");
-        fs::write(&path, "one").unwrap();
-        let first = modules.find("Sink", None).await.unwrap();
-        assert!(modules.find("Sink", Some(&first.digest)).await.is_ok());
-        fs::write(&path, "other").unwrap();
-        let error = modules.find("Sink", Some(&first.digest)).await.unwrap_err();
-        assert!(matches!(error, ModuleError::Changed { .. }));
-        assert!(error.to_string().contains("apply it again"), "{error}");
-    }
-
-    #[tokio::test]
-    async fn a_type_name_does_not_lead_out_of_the_module_paths() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("in")).unwrap();
-        fs::write(folder.path().join("evil.so"), "x").unwrap();
-        let modules = Modules::new(&[folder.path().join("in")]);
-        assert_eq!(modules.resolve("../evil").await.unwrap().module, None);
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn signal_group(pid: u32, signal: Signal) {
 pub(crate) async fn kill_group(pid: u32, limit: Duration) -> bool {
     let end = Instant::now() + limit;
     let mut pause = Duration::from_millis(1);
-    while group_lives(pid) {
+    while lives(pid).await {
         signal_group(pid, Signal::KILL);
         if Instant::now() >= end {
             return false;
@@ -26,6 +26,13 @@ pub(crate) async fn kill_group(pid: u32, limit: Duration) -> bool {
         pause = (pause * 2).min(Duration::from_millis(50));
     }
     true
+}
+
+/// A look at all processes, off the thread that serves.
+async fn lives(pid: u32) -> bool {
+    tokio::task::spawn_blocking(move || group_lives(pid))
+        .await
+        .unwrap_or(true)
 }
 
 #[cfg(test)]

@@ -8,22 +8,27 @@ use std::time::Duration;
 
 use rts_host::files;
 use rts_host::identity::Identity;
-use tokio::net::UnixListener;
+use rts_http::server::serve_at;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, JoinSet};
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 
 use crate::agent::{Agent, StartError};
 use crate::config::Config;
+use crate::folders::Folders;
 use crate::launch::{Launcher, ProcessLauncher};
-use crate::managers::adopt_all;
-use crate::{api, session};
+use crate::managers::{adopt_all, adopt_round};
+use crate::{api, heal, session};
 
 /// How often the managers are asked without a reason: one that hangs tells nobody.
 const SLOW_TICK: Duration = Duration::from_secs(2);
 /// Shortest time between two rounds of questions.
 const QUICK: Duration = Duration::from_millis(10);
+/// Open files that are enough for any node.
+const MAX_FILES: u64 = 65_536;
+/// How long the agent before may hold the lock of the node.
+const LOCK: Duration = Duration::from_secs(1);
 /// How long open requests may take when the agent ends.
 const LAST_REQUESTS: Duration = Duration::from_secs(1);
 
@@ -60,6 +65,7 @@ pub fn run(config: Config) -> Result<(), RunError> {
         .enable_all()
         .build()?;
     let launcher = Arc::new(ProcessLauncher::new(&config.manager_program));
+    raise_file_limit();
     let result = runtime.block_on(async {
         let mut term = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
@@ -81,6 +87,23 @@ pub fn run(config: Config) -> Result<(), RunError> {
     result
 }
 
+/// A node with many managers needs many files; the usual soft limit of 1024 is meant for programs that use `select`.
+fn raise_file_limit() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let limit = getrlimit(Resource::Nofile);
+    let wanted = limit.maximum.unwrap_or(MAX_FILES).min(MAX_FILES);
+    if limit.current.is_none_or(|current| current >= wanted) {
+        return;
+    }
+    let raised = Rlimit {
+        current: Some(wanted),
+        maximum: limit.maximum,
+    };
+    if let Err(e) = setrlimit(Resource::Nofile, raised) {
+        tracing::warn!("cannot raise the limit of open files to {wanted}: {e}");
+    }
+}
+
 fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
@@ -98,21 +121,24 @@ fn announce(line: &serde_json::Value) {
 
 /// Starts an agent within the present runtime; it serves when this returns.
 pub async fn start(config: Config, launcher: Arc<dyn Launcher>) -> Result<Running, StartError> {
-    let agent = Arc::new(Agent::new(config, launcher)?);
-    let lock = take_lock(&agent)?;
+    let folders = Folders::new(&config.home, &config.node)?;
+    folders.make()?;
+    let lock = take_lock(&folders, &config.node).await?;
+    let agent = Arc::new(Agent::new(config, folders, launcher)?);
     adopt_all(&agent).await;
     agent.observe().await;
-    let listener = listen(&agent)?;
     let (stop, stopped) = oneshot::channel();
-    let server = tokio::spawn(rts_http::server::serve(
-        listener,
-        api::router(agent.clone()),
-        async {
-            let _ = stopped.await;
-        },
-    ));
+    let socket = agent.folders.agent_socket();
+    let stopped = async {
+        let _ = stopped.await;
+    };
+    let server =
+        serve_at(&socket, api::router(agent.clone()), stopped).map_err(in_file(&socket))?;
+    let server = tokio::spawn(server);
+    describe(&agent)?;
     let mut background = JoinSet::new();
     background.spawn(watch(agent.clone()));
+    background.spawn(heal::keep(agent.clone()));
     if let Some(controller) = session::client(&agent).map_err(StartError::Client)? {
         background.spawn(session::keep(agent.clone(), controller));
     }
@@ -140,9 +166,9 @@ impl Running {
 
     /// Ends it. Managers go on.
     pub async fn stop(mut self) {
-        let _ = fs::remove_file(self.agent.folders.agent_socket());
-        let _ = fs::remove_file(description(&self.agent));
         self.background.shutdown().await;
+        let _ = fs::remove_file(description(&self.agent));
+        // The socket is removed by the server.
         let _ = self.stop.send(());
         if timeout(LAST_REQUESTS, &mut self.server).await.is_err() {
             // Streams of batches that run.
@@ -153,37 +179,51 @@ impl Running {
 
 /// Asks the managers whenever something may have changed, and now and then without a reason.
 async fn watch(agent: Arc<Agent>) {
+    let mut slow = interval(SLOW_TICK);
+    slow.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             () = agent.dirty.notified() => {}
-            () = sleep(SLOW_TICK) => {}
+            _ = slow.tick() => {
+                adopt_round(&agent).await;
+                if !description(&agent).exists()
+                    && let Err(e) = describe(&agent)
+                {
+                    tracing::warn!("{}", chain(&e));
+                }
+            }
         }
         agent.observe().await;
         sleep(QUICK).await;
     }
 }
 
-fn take_lock(agent: &Agent) -> Result<files::Lock, StartError> {
-    let path = agent.folders.run.join("agent.lock");
-    files::lock(&path)
-        .map_err(in_file(&path))?
-        .ok_or_else(|| StartError::Running {
-            node: agent.config.node.clone(),
-            lock: path,
-        })
+/// Takes the lock of the node. The one before may just be ending.
+async fn take_lock(folders: &Folders, node: &str) -> Result<files::Lock, StartError> {
+    let path = folders.run.join("agent.lock");
+    let end = Instant::now() + LOCK;
+    loop {
+        if let Some(lock) = files::lock(&path).map_err(in_file(&path))? {
+            return Ok(lock);
+        }
+        if Instant::now() >= end {
+            return Err(StartError::Running {
+                node: node.to_owned(),
+                lock: path,
+            });
+        }
+        sleep(LOCK / 20).await;
+    }
 }
 
-/// Binds the socket and describes the process beside it.
-fn listen(agent: &Agent) -> Result<UnixListener, StartError> {
-    let socket = agent.folders.agent_socket();
-    let listener = rts_http::server::bind(&socket).map_err(in_file(&socket))?;
+/// Describes the process beside its socket.
+fn describe(agent: &Agent) -> Result<(), StartError> {
     let path = description(agent);
     let own = Identity::own(env!("CARGO_PKG_VERSION"));
     serde_json::to_vec(&own)
         .map_err(io::Error::from)
         .and_then(|text| files::replace(&path, &text))
-        .map_err(in_file(&path))?;
-    Ok(listener)
+        .map_err(in_file(&path))
 }
 
 fn description(agent: &Agent) -> PathBuf {

@@ -13,7 +13,9 @@ use crate::agent::Agent;
 /// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
 /// Bound on one request.
-const REQUEST: Duration = Duration::from_secs(2);
+const REQUEST: Duration = Duration::from_secs(1);
+/// Shortest time between two heartbeats, however much there is to tell.
+const BREATH: Duration = Duration::from_millis(50);
 
 /// A client of the controller of this agent; none when it has no controller.
 pub(crate) fn client(agent: &Agent) -> Result<Option<SessionClient>, ClientError> {
@@ -60,7 +62,7 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
     }
 }
 
-async fn greet(agent: &Agent, controller: &SessionClient) -> Result<(), ClientError> {
+async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<(), ClientError> {
     let applied_generation = agent.ledger.lock().await.held().map(|h| h.generation);
     let greeting = SessionGreeting {
         protocol_version: PROTOCOL_VERSION,
@@ -72,6 +74,7 @@ async fn greet(agent: &Agent, controller: &SessionClient) -> Result<(), ClientEr
         inventory: agent.observe().await,
     };
     let reply = controller.greet(&greeting).await?;
+    agent.lease.sign();
     tracing::info!(
         cluster = reply.cluster_uid,
         epoch = reply.epoch,
@@ -88,12 +91,16 @@ async fn beat(agent: &Agent, controller: &SessionClient) -> End {
             events,
         };
         match controller.heartbeat(&agent.session, &heartbeat).await {
-            Ok(()) => agent.events.told(mark),
+            Ok(()) => {
+                agent.lease.sign();
+                agent.events.told(mark);
+            }
             Err(ClientError::Problem(problem)) if problem.status == 409 => {
                 tracing::error!(
                     "this agent was superseded: {problem}; it stays, but the controller no longer listens to it. Stop one of the two agents of node {}",
                     agent.config.node
                 );
+                agent.lease.superseded();
                 return End::Superseded;
             }
             Err(e) => {
@@ -101,8 +108,9 @@ async fn beat(agent: &Agent, controller: &SessionClient) -> End {
                 return End::GreetAgain;
             }
         }
+        sleep(BREATH).await;
         tokio::select! {
-            () = sleep(HEARTBEAT) => {}
+            () = sleep(HEARTBEAT - BREATH) => {}
             () = agent.events.bell.notified() => {}
         }
     }

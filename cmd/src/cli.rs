@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    apply, completion, diff, docs, down, events, get, logs, manager, plan, teardown, up, version,
+    apply, completion, describe, diff, docs, down, events, get, logs, manager, plan, teardown, up,
+    version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -40,10 +42,11 @@ Exit status:
   6    the deadline passed
   7    conflict with what is there
   8    not authorised
+  9    refused by a safety gate (apply --no-restart)
   130  interrupted
   141  the reader of the output went away";
 
-/// Options of every verb.
+/// Options of every verb. An empty path, as an empty variable gives it, counts as none.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Globals {
     /// Folder of the local stack [env: RTSCTL_HOME] [default: $XDG_STATE_HOME/rtsctl]
@@ -52,7 +55,8 @@ pub struct Globals {
         global = true,
         value_name = "DIR",
         env = "RTSCTL_HOME",
-        hide_env = true
+        hide_env = true,
+        value_parser = OsStringValueParser::new().map(PathBuf::from)
     )]
     pub home: Option<PathBuf>,
     /// Unix socket of the controller [env: RTSCTL_CONTROLLER] [default: the local one]
@@ -61,7 +65,8 @@ pub struct Globals {
         global = true,
         value_name = "SOCKET",
         env = "RTSCTL_CONTROLLER",
-        hide_env = true
+        hide_env = true,
+        value_parser = OsStringValueParser::new().map(PathBuf::from)
     )]
     pub controller: Option<PathBuf>,
     /// When to use colour
@@ -96,6 +101,7 @@ pub enum Command {
     Diff(diff::Args),
     Plan(plan::Args),
     Get(get::Args),
+    Describe(describe::Args),
     Events(events::Args),
     Logs(logs::Args),
     #[command(visible_alias = "delete")]
@@ -132,6 +138,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,
         Command::Get(args) => get::run(args, session).await,
+        Command::Describe(args) => describe::run(&args, session).await,
         Command::Events(args) => events::run(args, session).await,
         Command::Logs(args) => logs::run(args, session).await,
         Command::Teardown(args) => teardown::run(args, session).await,

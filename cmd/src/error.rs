@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use rts_controller_api::{ClientError, ProblemError};
+use rts_controller_api::{ClientError, Problem, ProblemError};
+use rts_schemas::diagnostic::Report;
 
 use crate::exit::Exit;
 use crate::local::{LocalError, plural};
@@ -42,6 +43,24 @@ pub enum CliError {
         /// Why.
         source: Box<ClientError>,
     },
+    /// The controller refused the input, with a finding for each fault.
+    #[error("cannot {what}")]
+    Refused {
+        /// What was tried (`apply system/hello`).
+        what: String,
+        /// Its answer.
+        problem: Box<Problem>,
+        /// Its faults, at their places in the file.
+        findings: Report,
+    },
+    /// A process would restart and the user forbade it.
+    #[error("system/{system} was not applied: {restarts} would restart")]
+    WouldRestart {
+        /// Its name.
+        system: String,
+        /// `1 process`.
+        restarts: String,
+    },
     /// No local controller runs, and this verb does not start one.
     #[error("no controller is running in {}", home.display())]
     NoController {
@@ -58,6 +77,8 @@ pub enum CliError {
         system: String,
         /// `2 of 3 components active`.
         summary: String,
+        /// What does not run (`component/Motor0`), when it can be described.
+        target: Option<String>,
     },
     /// Somebody took it down while it was waited for.
     #[error("system/{system} was taken down by another command")]
@@ -123,6 +144,8 @@ impl CliError {
             CliError::Usage { .. } => Exit::Usage,
             CliError::Read { .. } | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
+            CliError::Refused { problem, .. } => Exit::of_problem(problem),
+            CliError::WouldRestart { .. } => Exit::Refused,
             CliError::NoController { .. } | CliError::Object { .. } => Exit::Unreachable,
             CliError::Local(e) => e.exit(),
             CliError::Partly { .. } => Exit::Partly,
@@ -142,11 +165,18 @@ impl CliError {
             CliError::Local(e) => e.help(),
             CliError::Request { source, .. } => help_of(source),
             CliError::Object { .. } => Some(VERSIONS.to_owned()),
-            CliError::Partly { .. } => {
-                Some("the controller goes on trying: see `rtsctl get components`".to_owned())
+            CliError::Partly { system, target, .. } => Some(format!(
+                "the controller goes on trying: see `rtsctl describe {}`",
+                target.clone().unwrap_or_else(|| format!("system/{system}"))
+            )),
+            CliError::WouldRestart { .. } => {
+                Some("leave out --no-restart to let it restart".to_owned())
             }
             CliError::Deadline { .. } => {
                 Some("the controller goes on: see `rtsctl get systems`".to_owned())
+            }
+            CliError::Refused { problem, .. } if problem.retryable => {
+                Some("try again later".to_owned())
             }
             _ => None,
         }
@@ -154,7 +184,11 @@ impl CliError {
 
     /// The error on one line with its causes; what its faults say is not said again.
     pub fn line(&self) -> String {
-        match self.faults().len() {
+        let findings = match self {
+            CliError::Refused { findings, .. } => findings.findings.len(),
+            _ => 0,
+        };
+        match self.faults().len() + findings {
             0 => chain(self),
             count => format!("{self}: {}", plural("error", count)),
         }
@@ -204,7 +238,6 @@ fn chain(error: &dyn std::error::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rts_controller_api::Problem;
 
     fn refused(errors: Vec<ProblemError>) -> CliError {
         let problem = Problem::invalid("invalid-system", "component A: no module of type X");

@@ -23,6 +23,8 @@ pub enum Exit {
     Conflict,
     /// Not authorised.
     Forbidden,
+    /// A safety gate refused it.
+    Refused,
     /// Ctrl-C.
     Interrupted,
     /// The reader of stdout went away, as a shell shows SIGPIPE.
@@ -42,6 +44,7 @@ impl Exit {
             Exit::Deadline => 6,
             Exit::Conflict => 7,
             Exit::Forbidden => 8,
+            Exit::Refused => 9,
             Exit::Interrupted => 130,
             Exit::BrokenPipe => 141,
         }

@@ -129,6 +129,8 @@ pub enum Verdict {
     Converged(Vec<Waiting>),
     /// Something required does not run, and trying has begun to back off or is in vain.
     Partly(Vec<Waiting>),
+    /// It is said not to be well, and nobody says what is missing.
+    Unclear,
 }
 
 /// Judges a system's state against the generation that was applied.
@@ -137,17 +139,19 @@ pub fn judge(system: &System, generation: u64) -> Verdict {
     if status.observed_generation < generation {
         return Verdict::Going;
     }
-    let waiting = &status.waiting_on;
+    // What passes by itself decides nothing.
+    let (transient, waiting): (Vec<_>, Vec<_>) =
+        status.waiting_on.iter().cloned().partition(|w| w.transient);
     let backs_off = |w: &Waiting| w.tries >= 1 || w.next_try.is_none();
     match status.phase {
-        Phase::Converged => Verdict::Converged(waiting.clone()),
+        Phase::Converged => Verdict::Converged(waiting),
         Phase::Degraded if waiting.iter().any(|w| w.required && backs_off(w)) => {
-            Verdict::Partly(waiting.clone())
+            Verdict::Partly(waiting)
         }
-        Phase::Degraded
-            if !waiting.is_empty() && waiting.iter().all(|w| !w.required && backs_off(w)) =>
-        {
-            Verdict::Converged(waiting.clone())
+        Phase::Degraded if !transient.is_empty() => Verdict::Going,
+        Phase::Degraded if waiting.is_empty() => Verdict::Unclear,
+        Phase::Degraded if waiting.iter().all(|w| !w.required && backs_off(w)) => {
+            Verdict::Converged(waiting)
         }
         Phase::Degraded | Phase::Progressing | Phase::Terminating => Verdict::Going,
     }
@@ -163,6 +167,7 @@ mod tests {
             target: "component/Motor0".to_owned(),
             reason: "its module failed".to_owned(),
             required,
+            transient: false,
             tries,
             next_try: Some(jiff::Timestamp::UNIX_EPOCH),
         }
@@ -208,6 +213,30 @@ mod tests {
             verdict(Phase::Degraded, vec![never]),
             Verdict::Partly(_)
         ));
+    }
+
+    #[test]
+    fn what_passes_by_itself_is_waited_for() {
+        let question = Waiting {
+            transient: true,
+            next_try: None,
+            ..waiting(true, 0)
+        };
+        let of = |waiting| verdict(Phase::Degraded, waiting);
+        assert_eq!(of(vec![question.clone()]), Verdict::Going);
+        assert_eq!(
+            of(vec![question.clone(), waiting(false, 1)]),
+            Verdict::Going
+        );
+        assert_eq!(
+            of(vec![question, waiting(true, 1)]),
+            Verdict::Partly(vec![waiting(true, 1)])
+        );
+    }
+
+    #[test]
+    fn degraded_without_a_reason_is_told_apart() {
+        assert_eq!(verdict(Phase::Degraded, vec![]), Verdict::Unclear);
     }
 
     #[test]

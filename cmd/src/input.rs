@@ -3,11 +3,11 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use rts_controller_api::ClientError;
 use rts_controller_api::requests::ApplyRequest;
-use rts_schemas::diagnostic::{Report, Severity};
+use rts_schemas::diagnostic::{Finding, Report, Severity};
 use rts_schemas::overlay;
-use rts_schemas::rts_profile;
-use rts_schemas::system::SystemSpec;
+use rts_schemas::rts_profile::{self, Loaded, Places};
 
 use crate::error::CliError;
 use crate::local::plural;
@@ -36,7 +36,7 @@ pub struct InputArgs {
 
 impl InputArgs {
     /// Reads and checks the files. Findings are printed; with errors among them this fails.
-    pub fn load(&self, out: &Output) -> Result<ApplyRequest, CliError> {
+    pub fn load(&self, out: &Output) -> Result<Input, CliError> {
         let mut files = self.file.iter().chain(&self.files);
         let Some(profile) = files.next() else {
             return Err(CliError::usage("no file is named"));
@@ -45,18 +45,22 @@ impl InputArgs {
         if overlays.iter().filter(|p| is_stdin(p)).count() + usize::from(is_stdin(profile)) > 1 {
             return Err(CliError::usage("standard input can be read only once"));
         }
-        Ok(ApplyRequest {
-            spec: self.spec(profile, &overlays, out)?,
-            replace: self.replace,
+        let loaded = self.files(profile, &overlays, out)?;
+        Ok(Input {
+            request: ApplyRequest {
+                spec: loaded.spec,
+                replace: self.replace,
+            },
+            places: loaded.places,
         })
     }
 
-    fn spec(
+    fn files(
         &self,
         profile: &Path,
         overlays: &[&PathBuf],
         out: &Output,
-    ) -> Result<SystemSpec, CliError> {
+    ) -> Result<Loaded, CliError> {
         let bytes = read(profile)?;
         let mut read_overlays = Vec::new();
         for path in overlays {
@@ -64,28 +68,75 @@ impl InputArgs {
             read_overlays.push(overlay.map_err(|report| refuse(path, &report, out))?);
         }
         let name = self.name.as_deref();
-        match rts_profile::load(&shown(profile), &bytes, name, &read_overlays) {
-            Ok((spec, report)) => {
-                findings::print(&report, out);
-                Ok(spec)
+        match rts_profile::load_with_places(&shown(profile), &bytes, name, &read_overlays) {
+            Ok(loaded) => {
+                findings::print(&loaded.report, out);
+                Ok(loaded)
             }
             Err(report) => Err(refuse(profile, &report, out)),
         }
     }
 }
 
+/// A system that was read, and where its parts stand in its file.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// What to ask of the controller.
+    pub request: ApplyRequest,
+    places: Places,
+}
+
+impl Input {
+    /// For `map_err` behind a request with this input: the controller's faults are shown at their lines.
+    pub fn failed(&self, what: impl Into<String>) -> impl FnOnce(ClientError) -> CliError + '_ {
+        let what = what.into();
+        move |error| match error {
+            ClientError::Problem(mut problem) if !problem.errors.is_empty() => {
+                let faults = std::mem::take(&mut problem.errors);
+                let findings = faults.into_iter().map(|fault| Finding {
+                    severity: Severity::Error,
+                    place: self.place(&fault.pointer),
+                    code: fault.code,
+                    message: fault.detail,
+                    help: fault.help,
+                });
+                let findings = Report {
+                    findings: findings.collect(),
+                };
+                CliError::Refused {
+                    what,
+                    problem: Box::new(problem),
+                    findings,
+                }
+            }
+            other => CliError::request(what)(other),
+        }
+    }
+
+    /// Of a JSON pointer into the request.
+    fn place(&self, pointer: &str) -> Option<rts_schemas::diagnostic::Place> {
+        self.places.find(pointer.strip_prefix("/spec")?).cloned()
+    }
+}
+
 fn refuse(path: &Path, report: &Report, out: &Output) -> CliError {
     findings::print(report, out);
-    let is_error = |severity| severity == Severity::Error;
-    let errors = report
-        .findings
-        .iter()
-        .filter(|f| is_error(f.severity))
-        .count();
+    let (file, errors) = blame(&shown(path), report);
     CliError::Invalid {
-        file: shown(path),
+        file,
         errors: plural("error", errors),
     }
+}
+
+/// The file that the errors are in, which may be an overlay, and their number.
+fn blame(profile: &str, report: &Report) -> (String, usize) {
+    let findings = report.findings.iter();
+    let errors: Vec<_> = findings.filter(|f| f.severity == Severity::Error).collect();
+    let file = |finding: &&Finding| finding.place.as_ref().map(|place| place.file.clone());
+    let first = errors.first().and_then(file);
+    let same = errors.iter().all(|error| file(error) == first);
+    let file = first.filter(|_| same);
+    (file.unwrap_or_else(|| profile.to_owned()), errors.len())
 }
 
 fn is_stdin(path: &Path) -> bool {
@@ -123,4 +174,56 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
         )));
     }
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rts_controller_api::{Problem, ProblemError};
+
+    const HELLO: &str = include_str!("../../manifests/hello/system.xml");
+
+    fn input() -> Input {
+        let loaded = rts_profile::load_with_places("hello.xml", HELLO.as_bytes(), None, &[]);
+        let loaded = loaded.unwrap();
+        Input {
+            request: ApplyRequest {
+                spec: loaded.spec,
+                replace: false,
+            },
+            places: loaded.places,
+        }
+    }
+
+    #[test]
+    fn the_controllers_faults_are_shown_at_their_lines() {
+        let fault = |pointer: &str| ProblemError {
+            pointer: pointer.to_owned(),
+            code: "module-not-found".to_owned(),
+            detail: "no module of type Printer".to_owned(),
+            help: None,
+        };
+        let faults = vec![fault("/spec/components/2/type"), fault("")];
+        let problem = Problem::invalid("module-not-found", "x").with_errors(faults);
+        let error = input().failed("apply system/hello")(problem.into());
+        assert_eq!(error.exit().code(), 3);
+        assert_eq!(error.line(), "cannot apply system/hello: 2 errors");
+        let CliError::Refused { findings, .. } = error else {
+            panic!("{error:?}");
+        };
+        let place = findings.findings[0].place.as_ref().unwrap();
+        assert!(place.text.contains("Printer:1.0"), "{place:?}");
+        assert_eq!(findings.findings[1].place, None);
+    }
+
+    #[test]
+    fn the_file_with_the_errors_is_blamed() {
+        let overlay = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec: {components: {X: {}}}\n";
+        let overlay = overlay::read("lab.yaml", overlay.as_bytes()).unwrap();
+        let report = rts_profile::load("hello.xml", HELLO.as_bytes(), None, &[overlay]);
+        let blamed = blame("hello.xml", &report.unwrap_err());
+        assert_eq!(blamed, ("lab.yaml".to_owned(), 1));
+        let report = rts_profile::load("x.xml", b"<a/>", None, &[]).unwrap_err();
+        assert_eq!(blame("x.xml", &report), ("x.xml".to_owned(), 1));
+    }
 }

@@ -121,6 +121,9 @@ impl Output {
         if matches!(error.exit(), Exit::BrokenPipe | Exit::Interrupted) {
             return;
         }
+        if let CliError::Refused { findings, .. } = error {
+            crate::show::findings::print(findings, self);
+        }
         for fault in error.faults() {
             self.fault(&fault.code, &fault.detail, fault.help.as_deref());
         }

@@ -34,7 +34,10 @@ impl Session {
     pub fn new(globals: &Globals, out: Output) -> Result<Self, CliError> {
         Ok(Self {
             home: Home::settle(globals.home.clone())?,
-            controller: globals.controller.clone(),
+            controller: globals
+                .controller
+                .clone()
+                .filter(|socket| !socket.as_os_str().is_empty()),
             out,
         })
     }

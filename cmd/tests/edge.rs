@@ -55,12 +55,18 @@ impl Edge {
 #[test]
 fn verbs_that_start_nothing_say_how_to_start() {
     let edge = Edge::new();
+    let hello = include_str!("../../manifests/hello/system.xml");
+    std::fs::write(edge.folder.path().join("hello.xml"), hello).unwrap();
     for args in [
         &["get", "components"][..],
         &["logs", "Sine0"],
         &["teardown", "hello", "--yes"],
         &["manager", "list"],
         &["events"],
+        &["describe", "component/Sine0"],
+        &["diff", "hello.xml"],
+        &["plan", "hello.xml"],
+        &["apply", "--dry-run", "hello.xml"],
     ] {
         let (code, stdout, stderr) = edge.run(args);
         assert_eq!((code, stdout.as_str()), (4, ""), "{args:?}");
@@ -94,6 +100,8 @@ fn wrong_usage_is_2() {
         &["apply"],
         &["apply", "x", "--timeout", "soon"],
         &["get", "robots"],
+        &["describe", "component"],
+        &["describe", "robot/R2"],
         &["manager", "create", "?x=1"],
         &["apply", "-", "-f", "-"],
     ] {
@@ -179,4 +187,32 @@ fn colour_is_only_where_it_is_wanted() {
     let (_, _, colored) = edge.run(&["get", "nodes", "--color", "always"]);
     assert!(!plain.contains('\u{1b}'));
     assert!(colored.contains('\u{1b}'));
+}
+
+#[test]
+fn an_empty_variable_counts_as_none() {
+    let edge = Edge::new();
+    let program = Path::new(env!("CARGO_BIN_EXE_rtsctl"));
+    let mut command = edge.command(program);
+    command
+        .env("RTSCTL_HOME", "")
+        .env("RTSCTL_CONTROLLER", "")
+        .env("XDG_STATE_HOME", edge.folder.path())
+        .env("HOME", edge.folder.path());
+    let said = edge.said(command.args(["get", "nodes"]).output().unwrap());
+    assert_eq!(said.0, 4);
+    assert!(
+        said.2.contains("no controller is running in DIR/rtsctl"),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn a_home_that_cannot_be_made_is_2() {
+    let edge = Edge::new();
+    std::fs::write(edge.home(), "a file").unwrap();
+    let below = edge.home().join("x");
+    let (code, _, stderr) = edge.run(&["up", "--home", below.to_str().unwrap()]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("RTSCTL_HOME"), "{stderr}");
 }

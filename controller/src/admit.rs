@@ -1,6 +1,7 @@
 //! Admission of a system: every reason to refuse it is found before anything is stored.
 
 mod check;
+mod describe;
 mod identity;
 mod modules;
 
@@ -11,7 +12,6 @@ use rts_controller_api::{Problem, ProblemError};
 use rts_plan::plan::Plan;
 use rts_plan::{PlaceError, Placed};
 
-pub use self::check::is_dns_label;
 use crate::core::Core;
 use crate::store::SystemRecord;
 
@@ -54,7 +54,11 @@ pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Adm
     faults.extend(lost);
     let found = modules::resolve(core, &candidate.spec, &types).await;
     // What is wrong with the system itself goes before what is in its way, and that before what may pass.
-    faults.extend(found.iter().flat_map(|found| found.missing.clone()));
+    if let Ok(found) = &found {
+        faults.extend(found.missing.clone());
+        let described = described(&placed, &candidate, found);
+        faults.extend(describe::check(&candidate.spec, &described));
+    }
     refuse(faults)?;
     if let Some(stored) = &stored {
         identity::check(stored, &candidate.spec, request.replace)?;
@@ -78,6 +82,24 @@ pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Adm
         changed,
         notes,
     })
+}
+
+/// What the modules of a system's components say of themselves, as far as they say it.
+fn described<'a>(
+    placed: &'a Placed,
+    candidate: &SystemRecord,
+    found: &'a modules::Found,
+) -> describe::Descriptions<'a> {
+    let nodes = placed.desired.nodes.iter();
+    let parts = nodes.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
+    parts
+        .filter(|(_, part)| part.system.uid == candidate.uid)
+        .flat_map(|(node, part)| part.components.iter().map(move |c| (node, &c.spec)))
+        .filter_map(|(node, component)| {
+            let description = found.described.get(node)?.get(&component.type_name)?;
+            Some((component.instance.as_str(), description))
+        })
+        .collect()
 }
 
 /// What would be done now.

@@ -1,6 +1,7 @@
 //! The REST API: routes, and what every handler shares.
 
 mod audit;
+mod document;
 mod extract;
 mod health;
 mod managers;
@@ -11,10 +12,9 @@ mod watch;
 
 use std::sync::Arc;
 
-use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::Method;
-use axum::routing::get;
+use axum::{Extension, Router};
 use rts_controller_api::Problem;
 use rts_http::server::ProblemResponse;
 use tokio::sync::{Semaphore, watch as signal};
@@ -41,13 +41,6 @@ pub struct App {
 
 type Answer<T> = Result<T, ProblemResponse>;
 
-#[derive(OpenApi)]
-#[openapi(info(
-    title = "rts-controller",
-    description = "Deploys and watches systems of RT-Components. Errors are RFC 9457 problem documents."
-))]
-struct Document;
-
 /// The routes.
 pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
     let app = App {
@@ -55,7 +48,23 @@ pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
         ending,
         watches: Arc::new(Semaphore::new(MAX_WATCHES)),
     };
-    let (router, document) = OpenApiRouter::with_openapi(Document::openapi())
+    let (router, document) = routes().split_for_parts();
+    router
+        .fallback(nothing_here)
+        .method_not_allowed_fallback(not_allowed)
+        .layer(Extension(document::finished(document)))
+        .layer(DefaultBodyLimit::max(MAX_BODY))
+        .with_state(app)
+}
+
+/// The description of the API.
+pub fn openapi() -> utoipa::openapi::OpenApi {
+    let document::Finished(document) = document::finished(routes().into_openapi());
+    document.as_ref().clone()
+}
+
+fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(document::Document::openapi())
         .routes(routes!(objects::systems))
         .routes(routes!(objects::nodes))
         .routes(routes!(objects::components))
@@ -79,20 +88,7 @@ pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))
-        .split_for_parts();
-    let document = Arc::new(document);
-    router
-        .route(
-            "/openapi.json",
-            get(move |_: rts_http::server::Principal| {
-                let document = Arc::clone(&document);
-                async move { axum::Json(document.as_ref().clone()) }
-            }),
-        )
-        .fallback(nothing_here)
-        .method_not_allowed_fallback(not_allowed)
-        .layer(DefaultBodyLimit::max(MAX_BODY))
-        .with_state(app)
+        .routes(routes!(document::openapi))
 }
 
 async fn nothing_here(request: Request) -> ProblemResponse {

@@ -1,15 +1,27 @@
 //! What clients may change: apply a system, ask for its end. Durable before it is answered.
+//!
+//! A change that was begun ends even when its client goes away: what is on the disk is then in memory, too.
 
+use std::future::Future;
 use std::sync::Arc;
 
-use rts_controller_api::Problem;
 use rts_controller_api::objects::System;
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
+use rts_controller_api::{Problem, ProblemError};
 
 use crate::admit;
 use crate::core::Core;
 use crate::store::StoreError;
 use crate::view::Happening;
+
+/// What the stored system must be for a change of it to be wanted.
+#[derive(Debug, Clone, Default)]
+pub struct Precondition {
+    /// `If-Match`: the system has one of these versions.
+    pub if_match: Option<String>,
+    /// `If-None-Match: *`: there is no such system.
+    pub absent: bool,
+}
 
 /// Applies a system. `if_match` is the header of that name: the versions that the system must have one of.
 pub async fn apply(
@@ -18,8 +30,58 @@ pub async fn apply(
     request: ApplyRequest,
     if_match: Option<&str>,
 ) -> Result<ApplyResult, Problem> {
+    let precondition = Precondition {
+        if_match: if_match.map(str::to_owned),
+        absent: false,
+    };
+    apply_if(core, name, request, precondition).await
+}
+
+/// Applies a system when the stored one is as it is expected to be.
+pub async fn apply_if(
+    core: &Arc<Core>,
+    name: &str,
+    request: ApplyRequest,
+    precondition: Precondition,
+) -> Result<ApplyResult, Problem> {
+    let (core, name) = (Arc::clone(core), name.to_owned());
+    to_its_end(async move { apply_now(&core, &name, request, &precondition).await }).await
+}
+
+/// Asks for a system's end.
+pub async fn delete(
+    core: &Arc<Core>,
+    name: &str,
+    if_match: Option<&str>,
+) -> Result<System, Problem> {
+    let precondition = Precondition {
+        if_match: if_match.map(str::to_owned),
+        absent: false,
+    };
+    let (core, name) = (Arc::clone(core), name.to_owned());
+    to_its_end(async move { delete_now(&core, &name, &precondition).await }).await
+}
+
+/// Runs a change in a task of its own, so that it does not stop half-way when nobody waits for it any more.
+async fn to_its_end<T: Send + 'static>(
+    work: impl Future<Output = Result<T, Problem>> + Send + 'static,
+) -> Result<T, Problem> {
+    let task = tokio::spawn(work).await;
+    task.unwrap_or_else(|e| {
+        Err(Problem::internal(format!(
+            "the request was broken off: {e}"
+        )))
+    })
+}
+
+async fn apply_now(
+    core: &Arc<Core>,
+    name: &str,
+    request: ApplyRequest,
+    precondition: &Precondition,
+) -> Result<ApplyResult, Problem> {
     let _admission = core.admission.lock().await;
-    check_version(core, name, if_match)?;
+    check_version(core, name, precondition)?;
     let admitted = admit::admit(core, name, request).await?;
     if admitted.changed {
         let generation = admitted.record.generation;
@@ -41,14 +103,13 @@ pub async fn apply(
     })
 }
 
-/// Asks for a system's end.
-pub async fn delete(
+async fn delete_now(
     core: &Arc<Core>,
     name: &str,
-    if_match: Option<&str>,
+    precondition: &Precondition,
 ) -> Result<System, Problem> {
     let _admission = core.admission.lock().await;
-    check_version(core, name, if_match)?;
+    check_version(core, name, precondition)?;
     let record = core.registry().systems.get(name).cloned();
     let mut record = record.ok_or_else(|| missing(name))?;
     if record.deleted.is_none() {
@@ -72,17 +133,43 @@ fn missing(name: &str) -> Problem {
 }
 
 /// A store that failed: nothing was changed.
-fn of_store(error: &StoreError) -> Problem {
+pub fn of_store(error: &StoreError) -> Problem {
     tracing::error!(error = %crate::chain(error), "store failed");
-    Problem::unavailable("store-failed", crate::chain(error))
+    match error {
+        StoreError::Full { path } => {
+            let folder = path.parent().unwrap_or(path);
+            let help = format!(
+                "free some space (`df -h {}`), then try again",
+                folder.display()
+            );
+            let mut problem = Problem::new(507, "store-full", "no space left", error.to_string());
+            problem.retryable = true;
+            problem.with_errors(vec![ProblemError {
+                pointer: String::new(),
+                code: "store-full".to_owned(),
+                detail: error.to_string(),
+                help: Some(help),
+            }])
+        }
+        _ => Problem::unavailable("store-failed", crate::chain(error)),
+    }
 }
 
-fn check_version(core: &Core, name: &str, if_match: Option<&str>) -> Result<(), Problem> {
-    let Some(wanted) = if_match else {
-        return Ok(());
-    };
+fn check_version(core: &Core, name: &str, precondition: &Precondition) -> Result<(), Problem> {
     let present = core.view.get::<System>(name);
     let version = present.map(|system| system.metadata.resource_version);
+    let failed = |what: String| {
+        let title = "precondition failed";
+        Err(Problem::new(412, "precondition-failed", title, what))
+    };
+    if let (true, Some(version)) = (precondition.absent, &version) {
+        return failed(format!(
+            "system {name} is there already, at version {version}"
+        ));
+    }
+    let Some(wanted) = &precondition.if_match else {
+        return Ok(());
+    };
     let matches = version.as_ref().is_some_and(|version| {
         let mut tags = wanted.split(',').map(|tag| tag.trim().trim_matches('"'));
         tags.any(|tag| tag == "*" || tag == version)
@@ -94,10 +181,7 @@ fn check_version(core: &Core, name: &str, if_match: Option<&str>) -> Result<(), 
         || "there is none".to_owned(),
         |version| format!("its version is {version}"),
     );
-    Err(Problem::new(
-        412,
-        "precondition-failed",
-        "precondition failed",
-        format!("system {name} is not at version {wanted}: {now}; read it again"),
+    failed(format!(
+        "system {name} is not at version {wanted}: {now}; read it again"
     ))
 }

@@ -8,7 +8,7 @@ use futures_util::future::{BoxFuture, Shared};
 use rts_agent_api::messages::StepOutcome;
 use rts_plan::desired::SystemRef;
 use rts_plan::observed::Observed;
-use rts_plan::plan::{Plan, StepId};
+use rts_plan::plan::{Plan, Step, StepId};
 use rts_plan::{NodeFacts, Placed, StoredSystem};
 use tokio::sync::{Notify, watch};
 
@@ -95,15 +95,21 @@ pub struct World {
     pub plan: Plan,
     /// System uid → generation that the plan was made for.
     pub planned: BTreeMap<String, u64>,
-    /// The run of that plan, while it runs.
-    pub run: Option<RunState>,
+    /// Runs under way, and those that ended since the last plan, by system uid.
+    pub runs: BTreeMap<String, RunState>,
+    /// What was observed changed since the last plan was made.
+    pub stale: bool,
+    /// Systems whose runs come to nothing and that wait for a while, by uid.
+    pub resting: BTreeSet<String>,
     /// Node → why its NodeSpec or steps were refused.
     pub faults: BTreeMap<String, String>,
 }
 
-/// Where the steps of a running plan are.
+/// Where the steps of a run are.
 #[derive(Debug, Clone, Default)]
 pub struct RunState {
+    /// All steps.
+    pub steps: Vec<Step>,
     /// Steps that run.
     pub running: Vec<StepId>,
     /// Steps that ended.

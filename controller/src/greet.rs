@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rts_agent_api::ClientError;
 use rts_agent_api::session::{Heartbeat, SessionGreeting, SessionReply};
 use rts_controller_api::Problem;
+use rts_schemas::names::is_dns_label;
 
-use crate::admit;
 use crate::core::Core;
 use crate::view::Happening;
 
@@ -19,7 +19,7 @@ pub fn greet(
     node: &str,
     greeting: SessionGreeting,
 ) -> Result<SessionReply, Problem> {
-    if !admit::is_dns_label(node) {
+    if !is_dns_label(node) {
         let detail = format!("node name {node:?} is not a DNS label: 1 to 63 of a-z, 0-9 and -");
         return Err(Problem::invalid("bad-name", detail));
     }

@@ -22,7 +22,7 @@ mod sessions;
 pub mod store;
 mod view;
 
-pub use self::api::router;
+pub use self::api::{openapi, router};
 pub use self::apply::{apply, delete};
 pub use self::core::{Core, Inputs};
 pub use self::greet::{greet, heartbeat};

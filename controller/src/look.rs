@@ -10,8 +10,15 @@ use crate::core::Core;
 use crate::observe::{self, Target};
 
 impl Core {
-    /// Asks all agents now.
+    /// Asks all agents now, and shows what they say.
     pub async fn observe(&self) -> Observed {
+        let observed = self.ask().await;
+        self.saw(observed.clone());
+        observed
+    }
+
+    /// Asks all agents now.
+    pub(crate) async fn ask(&self) -> Observed {
         let sessions = self.sessions.all();
         let mut targets: BTreeMap<String, Target> = BTreeMap::new();
         {
@@ -50,8 +57,7 @@ impl Core {
                 None => {
                     let core = Arc::clone(self);
                     let work = async move {
-                        let observed = core.observe().await;
-                        core.saw(observed);
+                        core.observe().await;
                     };
                     let shared = work.boxed().shared();
                     *slot = Some(shared.clone());
@@ -68,6 +74,7 @@ impl Core {
             let mut world = self.world();
             let news = revisions(&world.observed) != revisions(&observed);
             world.observed = observed;
+            world.stale |= news;
             news
         };
         self.publish();

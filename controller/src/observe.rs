@@ -9,8 +9,8 @@ use rts_plan::observed::{NodeObserved, Observed};
 
 use crate::fleet::Agent;
 
-/// Time that an agent has to answer.
-pub const DEADLINE: Duration = Duration::from_secs(1);
+/// Time that an agent has to answer; it gives its managers a second of that.
+pub const DEADLINE: Duration = Duration::from_millis(2500);
 
 /// A node to be asked.
 pub enum Target {

@@ -23,7 +23,7 @@ pub struct Scene<'a> {
     world: &'a World,
     nodes: &'a BTreeMap<String, NodeEntry>,
     /// Target → why it does not go on.
-    reasons: BTreeMap<String, String>,
+    reasons: BTreeMap<String, waiting::Reason>,
     /// Inventory of each node, and whether it is from the last observation.
     inventories: BTreeMap<&'a str, (&'a Inventory, bool)>,
 }
@@ -35,14 +35,15 @@ pub fn all(core: &Core) {
     let world = core.world();
     let backoff = core.backoff();
     let scene = Scene {
-        reasons: waiting::reasons(&world, &backoff),
+        reasons: waiting::reasons(&world, &backoff, &nodes),
         inventories: inventories(&world, &nodes),
         registry: &registry,
         world: &world,
         nodes: &nodes,
     };
     core.view.replace(nodes::nodes(&scene));
-    core.view.replace(components::components(&scene));
+    let before = |key: &str| core.view.get(key);
+    core.view.replace(components::components(&scene, before));
     core.view.replace(connectors::connectors(&scene));
     core.view.replace(managers::managers(&scene));
     let now = core.clock.now();
@@ -64,7 +65,7 @@ fn inventories<'a>(
 ) -> BTreeMap<&'a str, (&'a Inventory, bool)> {
     let mut all: BTreeMap<&str, (&Inventory, bool)> = nodes
         .iter()
-        .map(|(node, entry)| (node.as_str(), (&entry.inventory, false)))
+        .map(|(node, entry)| (node.as_str(), (&entry.inventory, entry.unsure())))
         .collect();
     for (node, answer) in &world.observed.nodes {
         let lost = nodes.get(node).is_some_and(|entry| entry.lost);

@@ -94,16 +94,19 @@ async fn serve(home: &Home, core: Arc<Core>) -> Result<(), Fail> {
     let before = |what| move |source| Fail::BeforeReady(io(what, source));
     let mut terminate = signal(SignalKind::terminate()).map_err(before("listen for SIGTERM"))?;
     let mut interrupt = signal(SignalKind::interrupt()).map_err(before("listen for SIGINT"))?;
-    let listener = rts_http::server::bind(&home.socket()).map_err(before("bind the socket"))?;
-    home.announce().map_err(|e| Fail::BeforeReady(e.into()))?;
     let (end, ending) = watch::channel(false);
-    tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
-    tokio::spawn(expire_sessions(Arc::clone(&core)));
-    let router = crate::api::router(core, ending.clone());
-    let mut told = ending.clone();
-    let mut server = tokio::spawn(rts_http::server::serve(listener, router, async move {
+    let router = crate::api::router(Arc::clone(&core), ending.clone());
+    let mut told = ending;
+    let shutdown = async move {
         let _ = told.wait_for(|end| *end).await;
-    }));
+    };
+    // Binds anew when somebody deletes the socket: the lock says that it is ours.
+    let server = rts_http::server::serve_at(&home.socket(), router, shutdown)
+        .map_err(before("bind the socket"))?;
+    home.announce().map_err(|e| Fail::BeforeReady(e.into()))?;
+    tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
+    tokio::spawn(expire_sessions(core));
+    let mut server = tokio::spawn(server);
     say(&serde_json::json!({"ready": true}));
     tracing::info!(version = env!("CARGO_PKG_VERSION"), "ready");
     tokio::select! {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use jiff::Timestamp;
 use rts_agent_api::PROTOCOL_VERSION;
@@ -15,6 +16,8 @@ use crate::fleet::Agent;
 
 /// Sessions that were replaced and are still refused, per node.
 const SUPERSEDED: usize = 16;
+/// Failures to answer within this time are one failure.
+const ONCE: Duration = Duration::from_secs(2);
 /// Nodes that may greet.
 const MAX_NODES: usize = 1000;
 
@@ -35,8 +38,12 @@ pub struct NodeEntry {
     pub session: Session,
     /// No heartbeat came in time.
     pub lost: bool,
-    /// Why the agent did not answer when it was last asked, though its heartbeats come.
+    /// Why the agent did not answer the last two times it was asked, though its heartbeats come.
     pub silent: Option<String>,
+    /// Times in a row that it was asked and did not answer.
+    failures: u32,
+    /// When the last of them was counted.
+    failed: Option<Instant>,
     /// What was last seen there.
     pub inventory: Inventory,
     superseded: VecDeque<String>,
@@ -53,6 +60,8 @@ pub struct Session {
     pub endpoint: String,
     /// Names by which hosts in profiles may mean the node.
     pub aliases: Vec<String>,
+    /// Generation in the agent's ledger when it greeted.
+    pub applied: Option<u64>,
     /// The agent.
     pub agent: Arc<dyn Agent>,
     /// Last sign of life, wall clock; for display.
@@ -71,6 +80,11 @@ pub struct Beat {
 }
 
 impl NodeEntry {
+    /// True when it did not answer once: too little to call it unknown.
+    pub fn unsure(&self) -> bool {
+        !self.lost && self.failures == 1
+    }
+
     /// `Ready`, `NotReady` or `Unknown`.
     pub fn state(&self) -> &'static str {
         match (self.lost, &self.silent) {
@@ -124,6 +138,7 @@ impl Sessions {
             version: greeting.version,
             endpoint: greeting.endpoint,
             aliases: greeting.aliases,
+            applied: greeting.applied_generation,
             agent,
             seen: now,
             alive: Instant::now(),
@@ -137,6 +152,8 @@ impl Sessions {
                     session,
                     lost: false,
                     silent: None,
+                    failures: 0,
+                    failed: None,
                     inventory: greeting.inventory,
                     superseded: VecDeque::new(),
                 };
@@ -207,8 +224,19 @@ impl Sessions {
                 Ok(inventory) => {
                     entry.inventory = inventory.clone();
                     entry.silent = None;
+                    entry.failures = 0;
                 }
-                Err(reason) => entry.silent = Some(reason.to_owned()),
+                Err(reason) => {
+                    // Questions that were open at the same time count once.
+                    let now = Instant::now();
+                    let counted = entry.failed.replace(now).filter(|_| entry.failures > 0);
+                    if counted.is_some_and(|at| now.duration_since(at) < ONCE) {
+                        entry.failed = counted;
+                    } else {
+                        entry.failures = entry.failures.saturating_add(1);
+                    }
+                    entry.silent = (entry.failures > 1).then(|| reason.to_owned());
+                }
             }
         }
     }
@@ -271,6 +299,7 @@ impl NodeEntry {
         }
         self.lost = false;
         self.silent = None;
+        self.failures = 0;
         self.inventory = inventory;
         Ok(fresh)
     }

@@ -33,6 +33,24 @@ pub enum StoreError {
         /// Its version.
         found: u32,
     },
+    /// No space is left for it.
+    #[error(
+        "the disk of the store {} is full, and nothing was changed; free some space there and try again", path.display()
+    )]
+    Full {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is no store, or was damaged by others.
+    #[error(
+        "the store {} is damaged ({reason}); put a copy of it back and start again, or, without one, end everything with `rtsctl down --purge` and apply the systems again", path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The file or disk failed.
     #[error("cannot {what} the store {}", path.display())]
     Failed {
@@ -47,7 +65,13 @@ pub enum StoreError {
 }
 
 /// The store. Calls block; [`Durable`] moves them off the event loop.
+///
+/// A call that failed changed nothing, and the next one is tried afresh.
 pub trait Store: Send + Sync + 'static {
+    /// Sees whether it can be read and, after a write failed, written again.
+    fn check(&self) -> Result<(), StoreError> {
+        self.load().map(drop)
+    }
     /// Everything in it.
     fn load(&self) -> Result<State, StoreError>;
     /// Writes a system.

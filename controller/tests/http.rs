@@ -150,6 +150,62 @@ async fn every_fault_of_a_spec_is_named_at_once() {
 }
 
 #[tokio::test]
+async fn what_the_modules_do_not_know_is_refused() {
+    let (cluster, agent) = Cluster::hello();
+    agent.describe(
+        "SineSource",
+        &["out:out:TimedDouble"],
+        &["amplitude", "frequency"],
+    );
+    agent.describe(
+        "LowPassFilter",
+        &["in:in:TimedLong", "out:out:TimedDouble"],
+        &[],
+    );
+    let served = serve(cluster).await;
+    let mut spec = systems::hello();
+    let values = [("amplitud".to_owned(), "2".to_owned())];
+    spec.components[0]
+        .configuration
+        .sets
+        .insert("default".into(), values.into());
+    spec.components[1].configuration.sets.insert(
+        "a/b".into(),
+        [("alpha".to_owned(), "0.1".to_owned())].into(),
+    );
+    spec.connectors
+        .push(systems::connector("Sine0.ot", "Filter0.out"));
+    // Nothing is known of Printer0: nothing is said against it.
+    spec.connectors
+        .push(systems::connector("Sine0.out", "Printer0.anything"));
+    insta::assert_snapshot!("against_the_modules", served.refused(spec).await);
+    agent.describe(
+        "LowPassFilter",
+        &["in:in:TimedDouble", "out:out:TimedDouble"],
+        &[],
+    );
+    let applied = served.controller.apply(&request(systems::hello())).await;
+    assert!(applied.unwrap().changed);
+}
+
+#[tokio::test]
+async fn names_rates_and_orders_follow_one_rule() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let mut spec = systems::hello();
+    spec.components[0].execution_context.rate = Some(2e6);
+    spec.components[0].placement.manager = Some("../../evil".into());
+    spec.components[1].instance = " .Filter0".into();
+    spec.components[2].instance = "x".repeat(129);
+    spec.connectors[1].name = "a/b".into();
+    insta::assert_snapshot!("one_rule", served.refused(spec).await);
+    let mut spec = systems::hello();
+    spec.name = "Hello".into();
+    let refused = served.controller.apply(&request(spec)).await;
+    assert_eq!(problem(refused).code, "bad-system-name");
+}
+
+#[tokio::test]
 async fn a_cycle_names_all_its_members() {
     let (cluster, _agent) = Cluster::hello();
     let served = serve(cluster).await;
@@ -350,9 +406,82 @@ async fn a_watch_goes_on_where_a_list_or_an_older_watch_ended() {
         .http
         .request(reqwest::Method::GET, "/v1/nodes?watch=true");
     let mut lines = rts_http::lines::Lines::of(served.http.accept(all).await.unwrap());
-    lines.next().await.unwrap().unwrap();
     let data = lines.next().await.unwrap().unwrap();
     assert!(data.starts_with(r#"data: {"type":"ADDED""#), "{data}");
+}
+
+#[tokio::test]
+async fn a_watch_from_nothing_has_no_id_before_everything_was_sent() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let apply = request(systems::hello());
+    served.controller.apply(&apply).await.unwrap();
+    served.until_converged("hello").await;
+    for watch in ["1", "true"] {
+        let path = format!("/v1/components?watch={watch}");
+        let all = served.http.request(reqwest::Method::GET, &path);
+        let mut lines = rts_http::lines::Lines::of(served.http.accept(all).await.unwrap());
+        let mut seen = Vec::new();
+        while !seen.last().is_some_and(|l: &String| l.contains("BOOKMARK")) {
+            seen.push(lines.next().await.unwrap().unwrap());
+        }
+        let ids = seen.iter().filter(|l| l.starts_with("id:")).count();
+        let added = seen.iter().filter(|l| l.contains("\"ADDED\"")).count();
+        assert_eq!((ids, added), (1, 3), "{seen:#?}");
+        let id = &seen[seen.len() - 2];
+        let version = id.strip_prefix("id: ").unwrap().parse::<u64>().unwrap();
+        assert!(version <= served.cluster.core.view.revision());
+        let from = version.to_string();
+        let resumed = served
+            .controller
+            .watch::<Component>(Kind::Component, &from)
+            .await;
+        assert!(resumed.is_ok());
+    }
+}
+
+#[tokio::test]
+async fn if_none_match_makes_only_what_is_new() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let put = |tag: &str| {
+        let request = served
+            .http
+            .request(reqwest::Method::PUT, "/v1/systems/hello")
+            .header("if-none-match", tag)
+            .json(&request(systems::hello()));
+        served.http.text(request)
+    };
+    assert_eq!(problem(put("\"7\"").await).status, 400);
+    put("*").await.unwrap();
+    let refused = problem(put("*").await);
+    assert_eq!(
+        (refused.status, refused.code.as_str()),
+        (412, "precondition-failed")
+    );
+}
+
+#[tokio::test]
+async fn checks_are_listed_as_kubernetes_lists_them() {
+    let (cluster, agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let page = async |path: &str| {
+        let request = served.http.request(reqwest::Method::GET, path);
+        served.http.text(request).await.unwrap()
+    };
+    let apply = request(systems::hello());
+    served.controller.apply(&apply).await.unwrap();
+    served.until_converged("hello").await;
+    assert_eq!(page("/livez").await, "ok");
+    assert_eq!(
+        page("/livez?verbose").await,
+        "[+]ping ok\nlivez check passed\n"
+    );
+    assert_eq!(
+        page("/readyz?verbose").await,
+        "[+]ping ok\n[+]store ok\n[+]reconcile ok\nreadyz check passed\n"
+    );
+    drop(agent);
 }
 
 #[tokio::test]

@@ -8,7 +8,9 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::problem::Problem;
 
-/// Largest body of an error answer that is read, in bytes.
+/// Largest body of an answer that is read, in bytes.
+pub const MAX_BODY: usize = 64 * 1024 * 1024;
+/// Largest body of an error answer that is read, in bytes; the rest is left out.
 const MAX_PROBLEM: usize = 1024 * 1024;
 
 /// A request that failed.
@@ -93,14 +95,44 @@ impl Client {
         request: RequestBuilder,
     ) -> Result<T, ClientError> {
         let response = self.accept(request.timeout(self.timeout)).await?;
-        let body = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        let body = self.body(response).await?;
         serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
     }
 
     /// Sends with the client's time-out and gives the body as text.
     pub async fn text(&self, request: RequestBuilder) -> Result<String, ClientError> {
         let response = self.accept(request.timeout(self.timeout)).await?;
-        response.text().await.map_err(|e| self.unreachable(&e))
+        let body = self.body(response).await?;
+        Ok(String::from_utf8_lossy(&body).into_owned())
+    }
+
+    /// A whole body; one above [`MAX_BODY`] is an error.
+    async fn body(&self, response: Response) -> Result<Vec<u8>, ClientError> {
+        let (body, whole) = self.read(response, MAX_BODY).await?;
+        if whole {
+            return Ok(body);
+        }
+        Err(ClientError::Protocol {
+            socket: self.socket.clone(),
+            reason: format!("it is longer than {MAX_BODY} bytes"),
+        })
+    }
+
+    /// At most `limit` bytes of a body, and whether that was all.
+    async fn read(
+        &self,
+        mut response: Response,
+        limit: usize,
+    ) -> Result<(Vec<u8>, bool), ClientError> {
+        let mut body = Vec::new();
+        while let Some(chunk) = response.chunk().await.map_err(|e| self.unreachable(&e))? {
+            let room = limit - body.len();
+            body.extend_from_slice(&chunk[..chunk.len().min(room)]);
+            if chunk.len() > room {
+                return Ok((body, false));
+            }
+        }
+        Ok((body, true))
     }
 
     /// Sends and gives the response once its status is a success. Sets no time-out of its own, for streams.
@@ -110,16 +142,15 @@ impl Client {
         if status.is_success() {
             return Ok(response);
         }
-        let body = response.bytes().await.map_err(|e| self.unreachable(&e))?;
-        let text = &body[..body.len().min(MAX_PROBLEM)];
-        Err(serde_json::from_slice::<Problem>(text)
+        let (text, _) = self.read(response, MAX_PROBLEM).await?;
+        Err(serde_json::from_slice::<Problem>(&text)
             .unwrap_or_else(|_| {
                 let title = status.canonical_reason().unwrap_or("error");
                 Problem::new(
                     status.as_u16(),
                     "http",
                     title,
-                    String::from_utf8_lossy(text).trim(),
+                    String::from_utf8_lossy(&text).trim(),
                 )
             })
             .into())

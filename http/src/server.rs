@@ -1,5 +1,7 @@
 //! Listening on Unix sockets: mode 0600, peer credentials for every handler, orderly shutdown.
 
+mod socket;
+
 use std::convert::Infallible;
 use std::future::Future;
 use std::io;
@@ -14,9 +16,11 @@ use axum::http::{HeaderValue, StatusCode, header, request::Parts};
 use axum::response::{IntoResponse, Response};
 use axum::serve::IncomingStream;
 use serde::de::DeserializeOwned;
-use tokio::net::UnixListener;
+use tokio::net::{UnixListener, UnixStream};
 
 use crate::problem::{PROBLEM_JSON, Problem};
+
+pub use socket::serve_at;
 
 /// Longest path of a Unix socket on Linux, in bytes.
 pub const MAX_SOCKET_PATH: usize = 107;
@@ -61,7 +65,13 @@ pub struct Peer {
 
 impl Connected<IncomingStream<'_, UnixListener>> for Peer {
     fn connect_info(stream: IncomingStream<'_, UnixListener>) -> Self {
-        let credentials = stream.io().peer_cred().ok();
+        Self::of(stream.io())
+    }
+}
+
+impl Peer {
+    fn of(stream: &UnixStream) -> Self {
+        let credentials = stream.peer_cred().ok();
         Self {
             uid: credentials.map(|c| c.uid()),
             pid: credentials.and_then(|c| c.pid()),

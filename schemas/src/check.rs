@@ -7,7 +7,7 @@ mod connector;
 mod order;
 mod spec;
 
-pub use spec::spec;
+pub use spec::{Pointed, spec, spec_by_pointer};
 
 use std::collections::HashSet;
 
@@ -128,6 +128,11 @@ impl<'a> Check<'a> {
 
     fn header(&mut self) {
         let profile = &self.read.profile;
+        if profile.components.is_empty() {
+            let help = format!("add `{}`", self.read.spelled("Components"));
+            let message = "the profile has no components: there is nothing to run".to_owned();
+            self.warning("empty-system", message, profile.span, help);
+        }
         if profile.id.as_ref().is_none_or(|id| id.trimmed().is_empty()) {
             let key = self.read.spelled("id");
             let help = format!("add `{key}` in the form `RTSystem:vendor:name:version`");

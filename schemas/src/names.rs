@@ -118,6 +118,27 @@ pub fn file_stem(file_name: &str) -> Option<&str> {
     (!stem.is_empty()).then_some(stem)
 }
 
+/// Why a text cannot be an instance name; `None` when it can. The name may have blanks inside, `%` and any script, so
+/// who makes a file name of it must escape.
+pub fn instance_name_problem(text: &str) -> Option<String> {
+    if let Some(fault) = name_fault(text) {
+        return Some(fault.to_owned());
+    }
+    if text.starts_with('.') {
+        Some("it starts with a dot".to_owned())
+    } else if text.trim() != text {
+        Some("it has blanks at an end".to_owned())
+    } else {
+        None
+    }
+}
+
+/// Why a text cannot name a manager; `None` when it can.
+pub fn manager_name_problem(text: &str) -> Option<String> {
+    let rule = "a manager's name has 1 to 63 letters, digits, `-`, `_` and `.`, the first a letter or digit";
+    (!is_manager_name(text)).then(|| rule.to_owned())
+}
+
 /// True for a usable manager name: 1 to 63 of letters, digits, `-`, `_` and `.`, starting with a letter or digit.
 pub fn is_manager_name(text: &str) -> bool {
     (1..=LABEL_LIMIT).contains(&text.len())
@@ -268,5 +289,28 @@ mod tests {
         assert!(is_manager_name("m1") && !is_manager_name("../x"));
         assert_eq!(name_fault("a/b"), Some("it has a `/`"));
         assert_eq!(name_fault("Sine 0"), None);
+    }
+
+    #[test]
+    fn instance_names_are_fit_for_files() {
+        for good in ["Sine0", "My Sine", "左腕0", "50%", "a.b", &"x".repeat(128)] {
+            assert_eq!(instance_name_problem(good), None, "{good}");
+        }
+        for bad in [
+            "",
+            " ",
+            ".",
+            "..",
+            ".x",
+            " x",
+            "x ",
+            "a/b",
+            "a\nb",
+            &"x".repeat(129),
+        ] {
+            assert!(instance_name_problem(bad).is_some(), "{bad:?}");
+        }
+        assert_eq!(manager_name_problem("arm-1.left"), None);
+        assert!(manager_name_problem("-arm").is_some());
     }
 }

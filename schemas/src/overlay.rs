@@ -13,7 +13,7 @@ use crate::diagnostic::{Finding, Place, Report, Source};
 use crate::placement::{self, PREFIX};
 use crate::span::{Span, Text};
 use crate::suggest;
-use crate::system::{ComponentSpec, SystemSpec};
+use crate::system::{ComponentSpec, OnDisconnect, SystemSpec};
 use crate::yaml::{Node, Value};
 use crate::{xml, yaml};
 
@@ -122,6 +122,19 @@ fn set_all(component: &mut ComponentSpec, overlay: &Overlay, entry: &Entry, repo
                 Finding::error(error.code(), error.to_string())
                     .at(overlay.place(span))
                     .help(error.help()),
+            );
+        } else if key.value == "onDisconnect"
+            && component.policy.on_disconnect != OnDisconnect::Keep
+        {
+            let message = format!(
+                "`onDisconnect` of component `{}` is `{}`; that is read and kept, but not carried out by this version",
+                component.instance,
+                value.trimmed()
+            );
+            report.push(
+                Finding::warning("not-carried-out", message)
+                    .at(overlay.place(value.span))
+                    .help("the component goes on when a peer is lost"),
             );
         }
     }

@@ -142,7 +142,8 @@ fn restart(value: &str) -> Result<RestartPolicy, PlacementError> {
     }
 }
 
-fn on_disconnect(value: &str) -> Result<OnDisconnect, PlacementError> {
+/// `keep`, `deactivate` or `stop`, in any case.
+pub(crate) fn on_disconnect(value: &str) -> Result<OnDisconnect, PlacementError> {
     match value.to_ascii_lowercase().as_str() {
         "keep" => Ok(OnDisconnect::Keep),
         "deactivate" => Ok(OnDisconnect::Deactivate),

@@ -6,7 +6,7 @@ pub mod model;
 mod read_xml;
 mod read_yaml;
 
-pub use lower::{LowerOptions, lower};
+pub use lower::{LowerOptions, Places, lower};
 pub(crate) use lower::{
     data_type_of, direction_of, is_pseudo_set, is_reversed, normal_data_type, parse_rate,
     parse_timing, parse_whole,
@@ -14,7 +14,7 @@ pub(crate) use lower::{
 
 use std::collections::HashMap;
 
-use crate::diagnostic::{Finding, Place, Report, Severity, Source};
+use crate::diagnostic::{Finding, Place, Report, Source};
 use crate::overlay::{self, Overlay};
 use crate::span::Span;
 use crate::system::SystemSpec;
@@ -137,6 +137,30 @@ pub fn load(
     name: Option<&str>,
     overlays: &[Overlay],
 ) -> Result<(SystemSpec, Report), Report> {
+    load_with_places(file_name, bytes, name, overlays).map(|loaded| (loaded.spec, loaded.report))
+}
+
+/// A system that was read, and where its parts stand.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// The system.
+    pub spec: SystemSpec,
+    /// Findings, none of them an error.
+    pub report: Report,
+    /// Places of its parts.
+    pub places: Places,
+}
+
+/// [`load`], with the places of the system's parts.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_places(
+    file_name: &str,
+    bytes: &[u8],
+    name: Option<&str>,
+    overlays: &[Overlay],
+) -> Result<Loaded, Report> {
     let read = read(file_name, bytes)?;
     let options = LowerOptions {
         name,
@@ -146,25 +170,21 @@ pub fn load(
     let (spec, lowering) = lower(&read, &options);
     report.extend(lowering);
     report.sort_by_place();
-    match spec {
-        Some(mut spec) => {
-            for overlay in overlays {
-                report.extend(overlay::apply(&mut spec, overlay));
-            }
-            if report.has_errors() {
-                Err(report)
-            } else {
-                Ok((spec, report))
-            }
-        }
-        None => {
-            debug_assert!(
-                report
-                    .findings
-                    .iter()
-                    .any(|f| f.severity == Severity::Error)
-            );
-            Err(report)
-        }
+    let Some(mut spec) = spec else {
+        debug_assert!(report.has_errors());
+        return Err(report);
+    };
+    let places = lower::places(&read, &spec);
+    for overlay in overlays {
+        report.extend(overlay::apply(&mut spec, overlay));
+    }
+    if report.has_errors() {
+        Err(report)
+    } else {
+        Ok(Loaded {
+            spec,
+            report,
+            places,
+        })
     }
 }

@@ -7,6 +7,19 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+/// Lowest rate of an execution context, in Hz.
+pub const MIN_RATE: f64 = 0.001;
+
+/// Highest rate of an execution context, in Hz; real profiles ask for it to mean "as fast as it can".
+pub const MAX_RATE: f64 = 1_000_000.0;
+
+/// Why a number cannot be a rate in Hz; `None` when it can.
+pub fn rate_problem(rate: f64) -> Option<String> {
+    // A comparison with NaN is false.
+    let fits = (MIN_RATE..=MAX_RATE).contains(&rate);
+    (!fits).then(|| format!("a rate is a number of hertz from {MIN_RATE} to {MAX_RATE}"))
+}
+
 /// A whole system as its author described it: components, connectors and orders.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
@@ -120,7 +133,7 @@ pub struct ExecutionContextSpec {
     /// What drives it.
     #[serde(default)]
     pub kind: ExecutionKind,
-    /// Rate in Hz, finite and > 0; `None` leaves the module's default.
+    /// Rate in Hz, from [`MIN_RATE`] to [`MAX_RATE`]; `None` leaves the module's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
 }

@@ -4,7 +4,7 @@
 
 use rts_schemas::overlay;
 use rts_schemas::rts_profile::load;
-use rts_schemas::system::{OnDisconnect, RestartPolicy, SystemSpec};
+use rts_schemas::system::{RestartPolicy, SystemSpec};
 
 const SYSTEM: &str = include_str!("../../manifests/hello/system.xml");
 const TWIN: &str = include_str!("../../manifests/hello/system.yaml");
@@ -58,7 +58,7 @@ fn the_overlay_wins() {
     };
     assert_eq!(filter.placement.node.as_deref(), Some("local"));
     assert_eq!(filter.placement.manager.as_deref(), Some("signal"));
-    assert_eq!(filter.policy.on_disconnect, OnDisconnect::Deactivate);
+    assert!(filter.policy.reset_on_error);
     assert!(printer.placement.isolated);
     assert_eq!(printer.policy.restart, RestartPolicy::OnFailure);
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use rts_schemas::diagnostic::{Report, render};
 use rts_schemas::overlay;
-use rts_schemas::rts_profile::load;
+use rts_schemas::rts_profile::{load, load_with_places};
 
 const HELLO: &str = include_str!("../../manifests/hello/system.xml");
 
@@ -15,7 +15,9 @@ const HELLO: &str = include_str!("../../manifests/hello/system.xml");
 const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
 
 /// Files that are read with a warning.
-const WARNED: [&str; 4] = [
+const WARNED: [&str; 6] = [
+    "empty-system.xml",
+    "not-carried-out.xml",
     "unknown-element.xml",
     "repeated-connector.xml",
     "reversed-connector.xml",
@@ -137,4 +139,54 @@ fn an_overlay_in_place_of_a_profile_is_told_so() {
       | ^^^^^^^^^^
       = help: this is a deployment overlay: name the profile first, then this file (`-f PROFILE -f OVERLAY`)
     ");
+}
+
+/// `line: underlined text` of a pointer.
+fn at(places: &rts_schemas::rts_profile::Places, pointer: &str) -> String {
+    let place = places.find(pointer).unwrap();
+    let text = place.text.chars().skip(place.column - place.text_column);
+    format!(
+        "{}: {}",
+        place.line,
+        text.take(place.length).collect::<String>()
+    )
+}
+
+#[test]
+fn a_pointer_into_the_model_leads_back_to_the_file() {
+    let load = |name: &str| {
+        let (_, bytes) = files().into_iter().find(|(n, _)| n == name).unwrap();
+        load_with_places(name, &bytes, None, &[]).unwrap().places
+    };
+    let key = load("bad-config-key.xml");
+    assert_eq!(at(&key, "/components/1"), "13: Filter0");
+    assert_eq!(
+        at(&key, "/components/1/configuration/sets/default/gian"),
+        "24: gian"
+    );
+    assert_eq!(
+        at(&key, "/components/0/type"),
+        "5: RTC:rtsctl:example:SineSource:1.0"
+    );
+    assert_eq!(at(&key, "/connectors/0/target"), "31: Filter0.in");
+    // What has no place of its own has that of what it is in.
+    assert_eq!(at(&key, "/components/1/placement/node"), "13: Filter0");
+    assert_eq!(key.find("/elsewhere"), None);
+    let cycle = load("cycle.xml");
+    assert_eq!(at(&cycle, "/orders/activation/2"), "60: Printer0");
+    assert!(at(&cycle, "/orders").starts_with("43: <rts:Activation"));
+    let reversed = load("reversed-connector.xml");
+    assert!(at(&reversed, "/connectors/0/source").contains("out"));
+}
+
+#[test]
+fn an_overlay_is_told_what_is_not_carried_out() {
+    let text = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Sine0: { onDisconnect: stop }\n";
+    let overlay = overlay::read("o.yaml", text.as_bytes()).unwrap();
+    let (_, report) = load("system.xml", HELLO.as_bytes(), None, &[overlay]).unwrap();
+    let [finding] = &report.findings[..] else {
+        panic!("{report:?}");
+    };
+    assert_eq!(finding.code, "not-carried-out");
+    assert_eq!(finding.place.as_ref().unwrap().file, "o.yaml");
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rts_plan::desired::NodeSpec;
+use rts_plan::observed::PortObserved;
 use rts_plan::plan::{Step, StepId};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -55,6 +56,10 @@ pub struct NodeSpecReceipt {
 pub struct Batch {
     /// Unique id of the plan.
     pub plan_id: String,
+    /// Uid of the controller's store; the agent refuses another than its ledger's.
+    pub cluster_uid: String,
+    /// Epoch of the controller's store; the agent refuses another than its ledger's.
+    pub epoch: u64,
     /// The NodeSpec generation that the plan was made for; the agent refuses another.
     pub generation: u64,
     /// Steps of this node, in order; their needs may name steps of other nodes (`gates`).
@@ -170,6 +175,19 @@ pub struct ModuleFile {
     pub path: String,
     /// SHA-256, hexadecimal.
     pub digest: String,
+    /// What it says of itself, asked in a process of its own; none when it cannot be opened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<ModuleDescription>,
+}
+
+/// What a module says of itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ModuleDescription {
+    /// Ports that its components have.
+    pub ports: Vec<PortObserved>,
+    /// Parameters with their defaults.
+    pub parameters: BTreeMap<String, String>,
 }
 
 /// Loads a module by hand.

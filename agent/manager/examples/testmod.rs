@@ -74,6 +74,18 @@ static MODULE: Shared<Module> = Shared(Module {
     configure,
 });
 
+/// Runs within dlopen: sleeps for the milliseconds in `TESTMOD_INIT_MS`, if it is set.
+extern "C" fn initialise() {
+    let ms = std::env::var("TESTMOD_INIT_MS").ok();
+    if let Some(ms) = ms.and_then(|ms| ms.parse().ok()) {
+        std::thread::sleep(Duration::from_millis(ms));
+    }
+}
+#[used]
+// SAFETY: the section holds pointers to functions of this type.
+#[unsafe(link_section = ".init_array")]
+static INITIALISE: extern "C" fn() = initialise;
+
 /// The entry function of the ABI.
 // SAFETY: no other function of this name is linked.
 #[unsafe(no_mangle)]
@@ -94,6 +106,9 @@ struct Component {
 }
 
 unsafe extern "C" fn create(host: *const Host, instance: *mut *mut c_void) -> i32 {
+    if std::env::var_os("TESTMOD_NULL_INSTANCE").is_some() {
+        return return_code::OK;
+    }
     let component = Component {
         host,
         produce: 0,

@@ -9,6 +9,7 @@ const HELP: &str = "\
 Holds components: loads modules and obeys its control socket. Usually started by rts-agent.
 
 Usage: rts-manager --dir DIR --name NAME [OPTIONS]
+       rts-manager --describe FILE --type NAME
 
 Options:
       --dir DIR            Folder of this manager: lock, control.sock and manager.json
@@ -16,6 +17,8 @@ Options:
       --system-name NAME   System that it belongs to (needs --system-uid)
       --system-uid UID     Unique id of that system
       --incarnation UUID   Unique id of this start; made up when left out
+      --describe FILE      Open a module, print what it says of itself as JSON, and leave
+      --type NAME          Type that this module must hold
   -h, --help               Print help
   -V, --version            Print version
 
@@ -26,6 +29,8 @@ A socket as standard input is served as the first control connection.
 pub enum Parsed {
     /// Serve.
     Run(Settings),
+    /// Describe the module in this file, which must hold this type.
+    Describe(PathBuf, String),
     /// Print and leave.
     Print(String),
 }
@@ -59,6 +64,7 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
     let mut parser = lexopt::Parser::from_args(args);
     let (mut dir, mut name, mut incarnation) = (None, None, None);
     let (mut system_name, mut system_uid) = (None, None);
+    let (mut module, mut type_name) = (None, None);
     while let Some(argument) = parser.next()? {
         match argument {
             Long("dir") => dir = Some(PathBuf::from(parser.value()?)),
@@ -66,6 +72,8 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
             Long("system-name") => system_name = Some(parser.value()?.string()?),
             Long("system-uid") => system_uid = Some(parser.value()?.string()?),
             Long("incarnation") => incarnation = Some(parser.value()?.string()?),
+            Long("describe") => module = Some(PathBuf::from(parser.value()?)),
+            Long("type") => type_name = Some(parser.value()?.string()?),
             Short('h') | Long("help") => return Ok(Parsed::Print(HELP.to_owned())),
             Short('V') | Long("version") => {
                 return Ok(Parsed::Print(format!(
@@ -75,6 +83,10 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
             }
             other => return Err(other.unexpected().into()),
         }
+    }
+    if let Some(module) = module {
+        let type_name = type_name.ok_or(UsageError::Missing("--type"))?;
+        return Ok(Parsed::Describe(module, type_name));
     }
     let system = match (system_name, system_uid) {
         (Some(name), Some(uid)) => Some(SystemId { name, uid }),
@@ -98,6 +110,7 @@ mod tests {
         match parse(line.split_whitespace().map(OsString::from)) {
             Ok(Parsed::Run(settings)) => Ok(settings),
             Ok(Parsed::Print(text)) => Err(text),
+            Ok(Parsed::Describe(file, name)) => Err(format!("{} of {}", name, file.display())),
             Err(error) => Err(error.to_string()),
         }
     }
@@ -119,6 +132,14 @@ mod tests {
         assert_eq!(
             settings("--dir /x --name x --system-name s").err().unwrap(),
             "--system-uid is missing"
+        );
+        assert_eq!(
+            settings("--describe libx.so").err().unwrap(),
+            "--type is missing"
+        );
+        assert_eq!(
+            settings("--type X --describe libx.so").err().unwrap(),
+            "X of libx.so"
         );
         assert!(settings("--what").err().unwrap().contains("--what"));
         assert!(settings("--help").err().unwrap().contains("Usage"));

@@ -12,12 +12,13 @@ use rts_manager_api::control::{
     Failure, FromManager, Greeting, RequestBody, Response, ResponseBody,
 };
 use rts_manager_api::frame::{self, FrameError};
+use rts_manager_api::net::Timed;
 use serde::Deserialize;
 use serde_json::Value;
 
 use crate::data::accept;
 use crate::failure::{internal, invalid};
-use crate::net::Timed;
+use crate::pool::Full;
 use crate::server::Shared;
 use crate::sync::lock;
 use crate::{log, requests};
@@ -132,8 +133,9 @@ fn read_requests(
             let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
             move || answer(&connection, &shared, id, body, deadline)
         };
-        if let Err(reason) = shared.manager.pool.run(job) {
-            connection.respond(id, Err(internal(reason)));
+        let may_grow = shared.manager.may_start_threads();
+        if let Err(Full) = shared.manager.pool.run(may_grow, job) {
+            connection.respond(id, Err(internal("too many requests are under way")));
         }
     }
 }
@@ -159,7 +161,7 @@ impl Connection {
         let response = FromManager::Response(Response { id, result });
         match self.transmit(&response) {
             // Nothing has left yet, so that the connection is still good.
-            Err(FrameError::TooLong(length)) => {
+            Err(FrameError::TooLong { length, .. }) => {
                 let message = format!("the answer of {length} bytes is too long for one frame");
                 let result = Err(internal(message));
                 self.send(&FromManager::Response(Response { id, result }));
@@ -184,7 +186,7 @@ impl Connection {
 
     fn transmit<T: serde::Serialize>(&self, message: &T) -> Result<(), FrameError> {
         let writer = lock(&self.writer);
-        frame::write(&mut Timed::new(&writer, Instant::now() + SENDING), message)
+        frame::write_answer(&mut Timed::new(&writer, Instant::now() + SENDING), message)
     }
 
     /// Ends the connection, and with it the thread that reads it.

@@ -31,6 +31,11 @@ impl Events {
         receivers.push(Arc::downgrade(connection));
     }
 
+    /// Starts the thread that sends, before there is anything to send.
+    pub fn prepare(&self) {
+        self.0.queue.get_or_init(|| self.start());
+    }
+
     /// Tells everyone that something changed by itself. Never blocks: any thread may call it.
     pub fn changed(&self, target: String, message: String) {
         let queue = self.0.queue.get_or_init(|| self.start());

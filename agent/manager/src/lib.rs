@@ -9,12 +9,14 @@ mod args;
 mod component;
 mod connection;
 mod data;
+mod describe;
 mod events;
 mod failure;
 mod log;
+mod log_file;
 mod manager;
 mod module;
-mod net;
+mod own_log;
 mod pool;
 mod requests;
 mod run_dir;
@@ -26,11 +28,21 @@ mod text;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use self::manager::Leftovers;
+
 /// Runs a manager until it is told to end. `args` come without the program's name. Exit code 2 is wrong usage, 1 a
 /// manager that cannot start.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let settings = match args::parse(args) {
         Ok(args::Parsed::Run(settings)) => settings,
+        Ok(args::Parsed::Describe(file, type_name)) => {
+            let described = describe::describe(&file, &type_name);
+            if let Err(error) = &described {
+                log::plain(format_args!("{error}"));
+            }
+            // Past the exit handlers of the library, which may hang or crash as its initialisers may.
+            signal_hook::low_level::exit(i32::from(described.is_err()));
+        }
         Ok(args::Parsed::Print(text)) => {
             log::print(&text);
             return ExitCode::SUCCESS;
@@ -41,7 +53,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     match server::run(settings) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Leftovers::None) => ExitCode::SUCCESS,
+        Ok(Leftovers::Running) => signal_hook::low_level::exit(0),
         Err(error) => {
             log::error(format_args!("{error}"));
             ExitCode::FAILURE

@@ -1,12 +1,7 @@
-//! Lines of a log: the manager's own on standard error, and one file per component.
-//!
-//! A line is one `write(2)` to a file that was opened for appending, so lines of several threads never mix.
+//! Lines of a log, and the manager's own log on standard error.
 
 use std::fmt;
-use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
 
 use jiff::Timestamp;
 
@@ -73,27 +68,6 @@ pub fn line(time: Timestamp, level: Level, message: &str) -> String {
     line
 }
 
-/// The log of a component.
-#[derive(Debug)]
-pub struct LogFile(File);
-
-impl LogFile {
-    /// Opens it for appending, or makes it with mode 0600.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        OpenOptions::new()
-            .append(true)
-            .create(true)
-            .mode(0o600)
-            .open(path)
-            .map(Self)
-    }
-
-    /// Appends a line. A full disk must not stop a robot: errors are ignored.
-    pub fn write(&self, level: Level, message: &str) {
-        let _ = (&self.0).write(line(Timestamp::now(), level, message).as_bytes());
-    }
-}
-
 /// Writes an error to the manager's log.
 pub fn error(message: fmt::Arguments<'_>) {
     own(Level::Error, message);
@@ -111,6 +85,11 @@ pub fn info(message: fmt::Arguments<'_>) {
 
 fn own(level: Level, message: fmt::Arguments<'_>) {
     let _ = io::stderr().write(line(Timestamp::now(), level, &message.to_string()).as_bytes());
+}
+
+/// Writes a bare line on standard error, for who started this process to show.
+pub fn plain(message: fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr(), "{message}");
 }
 
 /// Prints text for a person on standard output.
@@ -146,18 +125,5 @@ mod tests {
         assert!(cut.len() <= MAX_LINE);
         assert!(cut.len() > MAX_LINE - 16);
         assert!(cut.ends_with("あ…\n"));
-    }
-
-    #[test]
-    fn lines_are_appended_to_a_private_file() {
-        use std::os::unix::fs::PermissionsExt;
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("c.log");
-        LogFile::open(&path).unwrap().write(Level::Info, "one");
-        LogFile::open(&path).unwrap().write(Level::Warn, "two");
-        let text = std::fs::read_to_string(&path).unwrap();
-        let words: Vec<_> = text.lines().map(|l| l.split_once(' ').unwrap().1).collect();
-        assert_eq!(words, ["INFO one", "WARN two"]);
-        assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, 0o600);
     }
 }

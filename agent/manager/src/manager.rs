@@ -11,6 +11,7 @@ use crate::data::binding::Bindings;
 use crate::events::Events;
 use crate::failure::{conflict, list, not_found};
 use crate::module::Module;
+use crate::module::loading::Loading;
 use crate::pool::Pool;
 use crate::slots::Slots;
 use crate::sync::lock;
@@ -19,6 +20,8 @@ use crate::sync::lock;
 const MAX_COMPONENTS: usize = 4096;
 /// Outgoing data connections, a thread each.
 const MAX_DATA: usize = 1024;
+/// Threads of each pool that are ready before they are needed.
+pub const SPARE_THREADS: usize = 4;
 /// Requests that may be under way at once.
 const MAX_REQUESTS: usize = 64;
 
@@ -28,8 +31,8 @@ pub struct Manager {
     pub hello: Hello,
     /// Modules that are open, by type.
     pub modules: Mutex<BTreeMap<String, Arc<Module>>>,
-    /// Held while a module is opened: one at a time.
-    pub loading: Mutex<()>,
+    /// Modules are opened one at a time.
+    pub loading: Arc<Loading>,
     /// In-port ends.
     pub bindings: Bindings,
     /// The way out for events.
@@ -42,17 +45,26 @@ pub struct Manager {
     stopping: AtomicBool,
 }
 
+/// What is in the way of an orderly end of the process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leftovers {
+    /// Nothing.
+    None,
+    /// Code of a module still runs: exit handlers of its library would wait for it or crash with it.
+    Running,
+}
+
 impl Manager {
     /// An empty manager.
     pub fn new(hello: Hello) -> Self {
         Self {
             hello,
             modules: Mutex::default(),
-            loading: Mutex::default(),
+            loading: Arc::default(),
             bindings: Bindings::default(),
             events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
-            pool: Pool::new(MAX_REQUESTS),
+            pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
         }
@@ -63,6 +75,31 @@ impl Manager {
         // Under the lock, so that nothing is added after the list was taken.
         let _components = lock(&self.components);
         self.stopping.store(true, Ordering::Release);
+    }
+
+    /// True once it was told to end.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.load(Ordering::Acquire)
+    }
+
+    /// Whether code of a module still runs after everything was taken down.
+    pub fn leftovers(&self) -> Leftovers {
+        if lock(&self.components).is_empty() && self.loading.hangs().is_none() {
+            Leftovers::None
+        } else {
+            Leftovers::Running
+        }
+    }
+
+    /// Starts the threads that must be there before they are needed.
+    pub fn prepare(&self) {
+        self.pool.prepare();
+        self.events.prepare();
+    }
+
+    /// False while an initialiser hangs in dlopen: a new thread would then wait for it.
+    pub fn may_start_threads(&self) -> bool {
+        !self.loading.is_stuck()
     }
 
     /// The component with this name.
@@ -86,7 +123,7 @@ impl Manager {
     pub fn add_component(&self, component: &Arc<Component>) -> Result<(), Failure> {
         let name = &component.identity.instance;
         let mut components = lock(&self.components);
-        if self.stopping.load(Ordering::Acquire) {
+        if self.is_stopping() {
             return Err(conflict("the manager is shutting down"));
         }
         if let Some(other) = components.get(name) {
@@ -124,20 +161,7 @@ impl Manager {
             connector.close();
         }
         for end in self.bindings.remove_of(&component.identity.incarnation) {
-            self.close_end(&end);
-        }
-    }
-
-    /// Closes an in-port end. A source in this process has no connection that would break, so its end is told here.
-    pub fn close_end(&self, end: &crate::data::binding::End) {
-        if end.close() {
-            self.events.changed(
-                format!("connector/{}", end.binding.connector),
-                format!(
-                    "its target {}.{} has gone",
-                    end.binding.instance, end.binding.port
-                ),
-            );
+            end.close(&self.events);
         }
     }
 }

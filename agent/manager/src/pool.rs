@@ -1,14 +1,21 @@
-//! Threads that carry out requests, so that one that waits for a component keeps no other from running.
+//! Threads for requests and connections, so that one that waits keeps no other from running.
+//!
+//! Some are kept ready: while an initialiser hangs in dlopen, the C library lets no new thread get started.
 
 use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use crate::sync::lock;
 
-/// An idle thread ends after this time.
+/// A thread that is not needed ends after this time.
 const IDLE: Duration = Duration::from_secs(10);
+
+/// A thread that has not started after this time is not waited for.
+const STARTING: Duration = Duration::from_secs(5);
 
 type Job = Box<dyn FnOnce() + Send>;
 
@@ -16,79 +23,132 @@ type Job = Box<dyn FnOnce() + Send>;
 #[derive(Clone)]
 pub struct Pool {
     shared: Arc<Shared>,
+    name: &'static str,
     limit: usize,
 }
+
+/// No thread is free for a job.
+#[derive(Debug)]
+pub struct Full;
 
 #[derive(Default)]
 struct Shared {
     state: Mutex<State>,
     wake: Condvar,
+    started: Condvar,
+    spare: usize,
 }
 
 #[derive(Default)]
 struct State {
     jobs: VecDeque<Job>,
     threads: usize,
-    idle: usize,
+    /// Threads that have started to run.
+    ready: usize,
+    busy: usize,
+}
+
+impl State {
+    fn free(&self) -> usize {
+        self.threads - self.busy
+    }
+
+    fn ready_and_free(&self) -> usize {
+        self.ready - self.busy
+    }
 }
 
 impl Pool {
-    /// With at most `limit` threads. None is started yet.
-    pub fn new(limit: usize) -> Self {
+    /// With at most `limit` threads, of which `spare` are kept ready. None is started yet.
+    pub fn new(name: &'static str, limit: usize, spare: usize) -> Self {
         Self {
-            shared: Arc::default(),
+            shared: Arc::new(Shared {
+                spare,
+                ..Shared::default()
+            }),
+            name,
             limit,
         }
     }
 
-    /// Runs a job on a thread of its own, or refuses when `limit` jobs run already.
-    pub fn run(&self, job: impl FnOnce() + Send + 'static) -> Result<(), &'static str> {
+    /// Starts the threads that are kept ready, and waits until they run.
+    pub fn prepare(&self) {
         let mut state = lock(&self.shared.state);
-        if state.idle > state.jobs.len() {
-            state.jobs.push_back(Box::new(job));
-            self.shared.wake.notify_one();
-            return Ok(());
+        self.grow(&mut state);
+        let _ = self
+            .shared
+            .started
+            .wait_timeout_while(state, STARTING, |state| state.ready < state.threads);
+    }
+
+    /// Runs a job on a thread of its own, or refuses when `limit` jobs run already, or when none is ready and the pool
+    /// may not grow.
+    pub fn run(&self, may_grow: bool, job: impl FnOnce() + Send + 'static) -> Result<(), Full> {
+        let mut state = lock(&self.shared.state);
+        state.jobs.push_back(Box::new(job));
+        if may_grow {
+            self.grow(&mut state);
         }
-        if state.threads >= self.limit {
-            return Err("too many requests are under way");
+        let free = match may_grow {
+            true => state.free(),
+            false => state.ready_and_free(),
+        };
+        if free < state.jobs.len() {
+            state.jobs.pop_back();
+            return Err(Full);
         }
-        state.threads += 1;
-        drop(state);
-        let shared = Arc::clone(&self.shared);
-        let spawned = thread::Builder::new()
-            .name("request".to_owned())
-            .spawn(move || {
-                job();
-                shared.work();
-            });
-        if spawned.is_err() {
-            lock(&self.shared.state).threads -= 1;
-            return Err("no thread could be started");
-        }
+        self.shared.wake.notify_one();
         Ok(())
+    }
+
+    /// Starts threads until each job has one and the spare ones are there, as far as that goes.
+    fn grow(&self, state: &mut State) {
+        let wanted = state.jobs.len() + self.shared.spare;
+        while state.free() < wanted && state.threads < self.limit {
+            let shared = Arc::clone(&self.shared);
+            let spawned = thread::Builder::new()
+                .name(self.name.to_owned())
+                .spawn(move || shared.work());
+            if spawned.is_err() {
+                break;
+            }
+            state.threads += 1;
+        }
     }
 }
 
 impl Shared {
     fn work(&self) {
+        // A first wait for a channel registers a thread-local destructor, which is what waits for a dlopen that hangs.
+        let (_sender, receiver) = sync_channel::<()>(1);
+        let _ = receiver.recv_timeout(Duration::from_millis(1));
+        lock(&self.state).ready += 1;
+        self.started.notify_all();
         while let Some(job) = self.next() {
-            job();
+            // The panic hook has printed it; the thread is still good.
+            let _ = catch_unwind(AssertUnwindSafe(job));
+            lock(&self.state).busy -= 1;
         }
     }
 
     fn next(&self) -> Option<Job> {
         let mut state = lock(&self.state);
-        state.idle += 1;
-        let (mut state, _) = self
-            .wake
-            .wait_timeout_while(state, IDLE, |state| state.jobs.is_empty())
-            .unwrap_or_else(PoisonError::into_inner);
-        state.idle -= 1;
-        let job = state.jobs.pop_front();
-        if job.is_none() {
-            state.threads -= 1;
+        loop {
+            let (waited, idle) = self
+                .wake
+                .wait_timeout_while(state, IDLE, |state| state.jobs.is_empty())
+                .unwrap_or_else(PoisonError::into_inner);
+            state = waited;
+            if let Some(job) = state.jobs.pop_front() {
+                state.busy += 1;
+                return Some(job);
+            }
+            if idle.timed_out() && state.free() > self.spare {
+                state.threads -= 1;
+                state.ready -= 1;
+                return None;
+            }
         }
-        job
     }
 }
 
@@ -99,13 +159,13 @@ mod tests {
 
     #[test]
     fn jobs_do_not_wait_for_each_other_and_are_bounded() {
-        let pool = Pool::new(2);
+        let pool = Pool::new("job", 2, 0);
         let (started, starts) = mpsc::channel();
         let (release, gate) = mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));
         for number in 0..2 {
             let (started, gate) = (started.clone(), Arc::clone(&gate));
-            pool.run(move || {
+            pool.run(true, move || {
                 started.send(number).unwrap();
                 let _ = lock(&gate).recv();
             })
@@ -114,13 +174,13 @@ mod tests {
         let mut both = [starts.recv().unwrap(), starts.recv().unwrap()];
         both.sort_unstable();
         assert_eq!(both, [0, 1]);
-        assert!(pool.run(|| ()).is_err());
+        assert!(pool.run(true, || ()).is_err());
 
         release.send(()).unwrap();
         release.send(()).unwrap();
         let (done, finished) = mpsc::channel();
         while pool
-            .run({
+            .run(true, {
                 let done = done.clone();
                 move || done.send(()).unwrap()
             })
@@ -130,5 +190,30 @@ mod tests {
         }
         finished.recv().unwrap();
         assert!(lock(&pool.shared.state).threads <= 2);
+    }
+
+    #[test]
+    fn a_pool_that_may_not_grow_uses_the_threads_that_are_ready() {
+        let pool = Pool::new("job", 4, 2);
+        assert!(pool.run(false, || ()).is_err());
+        pool.prepare();
+        let (done, finished) = mpsc::channel();
+        let (release, gate) = mpsc::channel::<()>();
+        let job = {
+            let done = done.clone();
+            move || {
+                done.send(()).unwrap();
+                let _ = gate.recv();
+            }
+        };
+        pool.run(false, job).unwrap();
+        pool.run(false, move || done.send(()).unwrap()).unwrap();
+        finished.recv().unwrap();
+        finished.recv().unwrap();
+        drop(release);
+        pool.run(true, || panic!("must cost no thread")).unwrap();
+        let (done, finished) = mpsc::channel();
+        pool.run(true, move || done.send(()).unwrap()).unwrap();
+        finished.recv().unwrap();
     }
 }

@@ -45,8 +45,16 @@ pub struct RunDir {
     dir: PathBuf,
     description: Vec<u8>,
     listener: UnixListener,
-    inode: (u64, u64),
-    _lock: files::Lock,
+    lock: files::Lock,
+    marks: Marks,
+    trouble: Option<String>,
+}
+
+/// What tells our files from others at their paths: device and number, and for the description also its last change.
+struct Marks {
+    lock: Option<(u64, u64)>,
+    socket: Option<(u64, u64)>,
+    description: Option<(u64, u64, i64, i64)>,
 }
 
 impl RunDir {
@@ -54,13 +62,18 @@ impl RunDir {
     pub fn take(dir: &Path, hello: &Hello) -> Result<Self, RunDirError> {
         let lock = lock(dir)?;
         let description = describe(hello);
-        let (listener, inode) = bind(dir)?;
-        let run_dir = Self {
+        let (listener, socket) = bind(dir)?;
+        let mut run_dir = Self {
+            marks: Marks {
+                lock: number(&dir.join(LOCK)),
+                socket: Some(socket),
+                description: None,
+            },
             dir: dir.to_owned(),
             description,
             listener,
-            inode,
-            _lock: lock,
+            lock,
+            trouble: None,
         };
         run_dir.write_description()?;
         Ok(run_dir)
@@ -71,24 +84,51 @@ impl RunDir {
         &self.listener
     }
 
-    /// Binds anew when the socket's file is no longer ours (a cleaner of old files, a careless hand).
+    /// Restores what is no longer ours in the folder (a cleaner of old files, a careless hand). The lock comes first:
+    /// without it the folder belongs to somebody else.
     pub fn repair(&mut self) {
-        let ours = fs::symlink_metadata(self.dir.join(CONTROL_SOCKET))
-            .is_ok_and(|file| (file.dev(), file.ino()) == self.inode);
-        if ours {
-            return;
-        }
-        match bind(&self.dir).and_then(|bound| self.write_description().map(|()| bound)) {
-            Ok((listener, inode)) => {
-                self.listener = listener;
-                self.inode = inode;
-                log::warn(format_args!(
-                    "{} was gone or replaced; it was bound anew",
-                    self.dir.join(CONTROL_SOCKET).display()
-                ));
+        match self.restore() {
+            Ok(restored) => {
+                self.trouble = None;
+                for name in restored {
+                    log::warn(format_args!(
+                        "{} was gone or replaced; it was made anew",
+                        self.dir.join(name).display()
+                    ));
+                }
             }
-            Err(error) => log::error(format_args!("nobody can connect any more: {error}")),
+            Err(error) => {
+                // Each second again, but said once.
+                let trouble = Some(error.to_string());
+                if self.trouble != trouble {
+                    log::error(format_args!(
+                        "this manager cannot be found any more: {error}"
+                    ));
+                    self.trouble = trouble;
+                }
+            }
         }
+    }
+
+    fn restore(&mut self) -> Result<Vec<&'static str>, RunDirError> {
+        let mut restored = Vec::new();
+        let path = self.dir.join(LOCK);
+        if self.marks.lock.is_none() || number(&path) != self.marks.lock {
+            self.lock = lock(&self.dir)?;
+            self.marks.lock = number(&path);
+            restored.push(LOCK);
+        }
+        if number(&self.dir.join(CONTROL_SOCKET)) != self.marks.socket {
+            let (listener, socket) = bind(&self.dir)?;
+            self.listener = listener;
+            self.marks.socket = Some(socket);
+            restored.push(CONTROL_SOCKET);
+        }
+        if version(&self.dir.join(MANAGER_JSON)) != self.marks.description {
+            self.write_description()?;
+            restored.push(MANAGER_JSON);
+        }
+        Ok(restored)
     }
 
     /// Removes what was made, but for the lock file.
@@ -98,10 +138,22 @@ impl RunDir {
         }
     }
 
-    fn write_description(&self) -> Result<(), RunDirError> {
+    fn write_description(&mut self) -> Result<(), RunDirError> {
         let path = self.dir.join(MANAGER_JSON);
-        files::replace(&path, &self.description).map_err(fault("write", &path))
+        files::replace(&path, &self.description).map_err(fault("write", &path))?;
+        self.marks.description = version(&path);
+        Ok(())
     }
+}
+
+fn number(path: &Path) -> Option<(u64, u64)> {
+    let file = fs::symlink_metadata(path).ok()?;
+    Some((file.dev(), file.ino()))
+}
+
+fn version(path: &Path) -> Option<(u64, u64, i64, i64)> {
+    let file = fs::symlink_metadata(path).ok()?;
+    Some((file.dev(), file.ino(), file.mtime(), file.mtime_nsec()))
 }
 
 fn fault(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {

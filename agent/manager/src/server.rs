@@ -1,6 +1,6 @@
 //! The life of the process: take the run folder, accept connections, watch the socket, end in order.
 
-use std::io;
+use std::io::{self, Read};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
@@ -12,10 +12,13 @@ use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::Hello;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use rustix::fs::{FileType, Mode, OFlags};
+use rustix::process::{Resource, getrlimit, setrlimit};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::args::Settings;
-use crate::manager::Manager;
+use crate::manager::{Leftovers, Manager, SPARE_THREADS};
+use crate::own_log::OwnLog;
+use crate::pool::{Full, Pool};
 use crate::requests::shutdown;
 use crate::run_dir::{RunDir, RunDirError};
 use crate::slots::Slots;
@@ -49,7 +52,7 @@ pub struct Shared {
     pub controls: Slots,
     /// Incoming data connections.
     pub incoming: Slots,
-    connections: Slots,
+    connections: Pool,
     end: OwnedFd,
 }
 
@@ -62,10 +65,11 @@ impl Shared {
 }
 
 /// Serves until a signal or a request ends it.
-pub fn run(settings: Settings) -> Result<(), ServeError> {
+pub fn run(settings: Settings) -> Result<Leftovers, ServeError> {
     let process = |what| move |error| ServeError::Process(what, error);
+    raise_file_limit();
     let parent = take_stdin().map_err(process("take standard input over"))?;
-    let signals = signals().map_err(process("listen to signals"))?;
+    let signals = Signals::listen().map_err(process("listen to signals"))?;
     let hello = Hello {
         version: PROTOCOL_VERSION,
         system: settings.system,
@@ -79,10 +83,12 @@ pub fn run(settings: Settings) -> Result<(), ServeError> {
         manager: Arc::new(Manager::new(hello)),
         controls: Slots::new(MAX_CONTROLS),
         incoming: Slots::new(MAX_INCOMING),
-        connections: Slots::new(MAX_CONNECTIONS),
+        connections: Pool::new("connection", MAX_CONNECTIONS, SPARE_THREADS),
         end: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
             .map_err(|e| ServeError::Process("make an event", e.into()))?,
     });
+    shared.manager.prepare();
+    shared.connections.prepare();
     if let Some(stream) = parent {
         admit(stream, &shared);
     }
@@ -91,7 +97,7 @@ pub fn run(settings: Settings) -> Result<(), ServeError> {
         shutdown::shutdown(&shared.manager, Instant::now() + GRACE);
     }
     run_dir.leave();
-    Ok(())
+    Ok(shared.manager.leftovers())
 }
 
 #[derive(PartialEq, Eq)]
@@ -103,14 +109,15 @@ enum Ended {
 fn serve(
     run_dir: &mut RunDir,
     shared: &Arc<Shared>,
-    signals: &UnixStream,
+    signals: &Signals,
 ) -> Result<Ended, ServeError> {
     let mut watched = Instant::now();
     loop {
         let wait = WATCH.saturating_sub(watched.elapsed());
         let mut fds = [
             PollFd::new(run_dir.listener(), PollFlags::IN),
-            PollFd::new(signals, PollFlags::IN),
+            PollFd::new(&signals.end, PollFlags::IN),
+            PollFd::new(&signals.reopen, PollFlags::IN),
             PollFd::new(&shared.end, PollFlags::IN),
         ];
         let timeout = Timespec::try_from(wait).unwrap_or(Timespec {
@@ -121,18 +128,24 @@ fn serve(
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(ServeError::Process("wait for connections", error.into())),
         }
-        let [connections, signal, end] = fds.map(|fd| !fd.revents().is_empty());
+        let [connections, signal, hang_up, end] = fds.map(|fd| !fd.revents().is_empty());
         if end {
             return Ok(Ended::Request);
         }
         if signal {
             return Ok(Ended::Signal);
         }
+        if hang_up {
+            reopen(signals);
+        }
         if connections {
             accept(run_dir, shared);
         }
         if watched.elapsed() >= WATCH {
-            run_dir.repair();
+            // Whoever ends it may be removing the folder already.
+            if !shared.manager.is_stopping() {
+                run_dir.repair();
+            }
             watched = Instant::now();
         }
     }
@@ -156,19 +169,24 @@ fn accept(run_dir: &RunDir, shared: &Arc<Shared>) {
 
 /// Gives a connection its thread.
 fn admit(stream: UnixStream, shared: &Arc<Shared>) {
-    let Some(slot) = shared.connections.take() else {
-        log::warn(format_args!("a connection was closed: too many are open"));
-        return;
+    let may_grow = shared.manager.may_start_threads();
+    let job = {
+        let shared = Arc::clone(shared);
+        move || connection::serve(stream, &shared)
     };
-    let shared = Arc::clone(shared);
-    let spawned = thread::Builder::new()
-        .name("connection".to_owned())
-        .spawn(move || {
-            connection::serve(stream, &shared);
-            drop(slot);
-        });
-    if let Err(error) = spawned {
-        log::warn(format_args!("a connection was closed: {error}"));
+    if let Err(Full) = shared.connections.run(may_grow, job) {
+        log::warn(format_args!("a connection was closed: too many are open"));
+    }
+}
+
+/// Each connection is a file descriptor, and the soft limit is often 1024. A manager without more still works.
+fn raise_file_limit() {
+    let mut limit = getrlimit(Resource::Nofile);
+    limit.current = limit.maximum;
+    if let Err(error) = setrlimit(Resource::Nofile, limit) {
+        log::warn(format_args!(
+            "the limit of open files stays as it is: {error}"
+        ));
     }
 }
 
@@ -189,11 +207,37 @@ fn take_stdin() -> io::Result<Option<UnixStream>> {
     Ok(Some(stream))
 }
 
-/// A stream that becomes readable at SIGTERM and SIGINT. SIGHUP is ignored; SIGPIPE is by Rust's start-up code.
-fn signals() -> io::Result<UnixStream> {
-    let (read, write) = UnixStream::pair()?;
-    signal_hook::low_level::pipe::register(SIGTERM, write.try_clone()?)?;
-    signal_hook::low_level::pipe::register(SIGINT, write)?;
-    signal_hook::flag::register(SIGHUP, Arc::default())?;
-    Ok(read)
+/// Streams that become readable at a signal. SIGPIPE is ignored by Rust's start-up code.
+struct Signals {
+    /// SIGTERM and SIGINT.
+    end: UnixStream,
+    /// SIGHUP.
+    reopen: UnixStream,
+    /// Noted before anybody can know that this process runs, and move its log away.
+    own_log: OwnLog,
+}
+
+impl Signals {
+    fn listen() -> io::Result<Self> {
+        let (end, write) = UnixStream::pair()?;
+        signal_hook::low_level::pipe::register(SIGTERM, write.try_clone()?)?;
+        signal_hook::low_level::pipe::register(SIGINT, write)?;
+        let (reopen, write) = UnixStream::pair()?;
+        reopen.set_nonblocking(true)?;
+        signal_hook::low_level::pipe::register(SIGHUP, write)?;
+        Ok(Self {
+            end,
+            reopen,
+            own_log: OwnLog::of_this_process(),
+        })
+    }
+}
+
+/// Opens the log anew after it was rotated.
+fn reopen(signals: &Signals) {
+    while (&signals.reopen).read(&mut [0; 64]).is_ok_and(|n| n > 0) {}
+    match signals.own_log.reopen() {
+        Ok(()) => log::info(format_args!("the log was opened anew")),
+        Err(error) => log::warn(format_args!("the log cannot be opened anew: {error}")),
+    }
 }

@@ -119,22 +119,50 @@ fn a_reader_that_is_too_slow_loses_the_oldest_and_sees_gaps() {
     let manager = start("m");
     let mut client = manager.client();
     manager.create("A", &[("produce", "200")]);
+    let incarnation = manager.create("B", &[("hang", "on_execute"), ("hang_ms", "200")]);
+    ok(
+        &mut client,
+        RequestBody::Connect(connection("A", "B", &incarnation, None)),
+    );
+    ok(&mut client, activate("B"));
+    ok(&mut client, activate("A"));
+    until("samples are lost", || bound(&mut client).drops > 0);
+    ok(&mut client, deactivate("A"));
+    until("the rest is read", || {
+        let (sent, received) = (connector(&mut client), bound(&mut client));
+        received.samples_received + received.drops == sent.samples_sent
+    });
+    let received = bound(&mut client);
+    assert!(received.samples_received >= 64 && received.gaps >= 1);
+    assert_eq!(component(&mut client, "B").state, "Active");
+}
+
+#[test]
+fn what_was_sent_before_the_reader_was_active_is_never_read() {
+    let manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[("produce", "1")]);
     let incarnation = manager.create("B", &[]);
     ok(
         &mut client,
         RequestBody::Connect(connection("A", "B", &incarnation, None)),
     );
     ok(&mut client, activate("A"));
-    until("samples are lost", || bound(&mut client).drops > 0);
+    until("samples wait", || connector(&mut client).samples_sent >= 5);
     ok(&mut client, deactivate("A"));
+    let early = connector(&mut client).samples_sent;
     ok(&mut client, activate("B"));
-    until("the rest is read", || {
-        let (sent, received) = (connector(&mut client), bound(&mut client));
-        received.samples_received + received.drops == sent.samples_sent
+    until("B executes", || component(&mut client, "B").executions > 2);
+    let seen = bound(&mut client);
+    assert_eq!((seen.samples_received, seen.drops), (0, early));
+
+    ok(&mut client, activate("A"));
+    until("samples flow", || bound(&mut client).samples_received >= 3);
+    ok(&mut client, deactivate("A"));
+    until("all is read", || {
+        bound(&mut client).samples_received + early == connector(&mut client).samples_sent
     });
-    let received = bound(&mut client);
-    assert_eq!((received.samples_received, received.gaps), (64, 1));
-    assert_eq!(component(&mut client, "B").state, "Active");
+    assert_eq!(bound(&mut client).gaps, 0);
 }
 
 #[test]
@@ -342,4 +370,54 @@ fn a_source_that_sends_nonsense_is_dropped_alone() {
     until("all is read", || bound(&mut client).samples_received == 4);
     assert_eq!(bound(&mut client).gaps, 1);
     assert_eq!(component(&mut client, "B").state, "Active");
+}
+
+#[test]
+fn a_source_in_this_process_is_told_when_another_takes_its_place() {
+    let manager = start("m");
+    let mut client = manager.client();
+    manager.create("A", &[]);
+    let incarnation = manager.create("B", &[]);
+    let request = connection("A", "B", &incarnation, None);
+    ok(&mut client, RequestBody::Connect(request));
+    assert_eq!(connector(&mut client).state, "Connected");
+    let mut events = Listener::connect(&manager);
+    let (_stream, reply) = greet(&manager, &incarnation, |_| ());
+    reply.result.unwrap();
+    assert_eq!(
+        events.event("connector/A.out-B.in"),
+        "another source took its place"
+    );
+    assert_eq!(connector(&mut client).state, "Disconnected");
+    assert!(bound(&mut client).connected);
+}
+
+#[test]
+fn connections_that_ended_hold_no_file_descriptors() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let incarnation = manager.create("B", &[]);
+    ok(&mut client, binding(C, "B", "in", "A.out"));
+    let descriptors = || {
+        let folder = format!("/proc/{}/fd", manager.child.id());
+        std::fs::read_dir(folder).unwrap().count()
+    };
+    let before = descriptors();
+    for number in 0..20 {
+        let name = format!("c{number}");
+        ok(&mut client, binding(&name, "B", "in", "A.out"));
+        let (_, reply) = greet(&manager, &incarnation, |hello| hello.connector = name);
+        reply.result.unwrap();
+    }
+    until("all are closed", || descriptors() == before);
+}
+
+#[test]
+fn it_may_open_as_many_files_as_the_system_lets_it() {
+    let manager = start("m");
+    let limits = format!("/proc/{}/limits", manager.child.id());
+    let limits = std::fs::read_to_string(limits).unwrap();
+    let line = limits.lines().find(|l| l.starts_with("Max open files"));
+    let words: Vec<_> = line.unwrap().split_whitespace().collect();
+    assert_eq!(words[3], words[4], "{words:?}");
 }

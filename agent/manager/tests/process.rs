@@ -102,7 +102,7 @@ fn a_component_that_hangs_does_not_keep_it_from_ending() {
     let start = std::time::Instant::now();
     manager.signal("-TERM");
     assert_eq!(manager.wait().code(), Some(0));
-    assert!(start.elapsed() < Duration::from_millis(4500));
+    assert!(start.elapsed() < Duration::from_secs(15));
     assert!(!manager.socket().exists());
 }
 
@@ -282,4 +282,85 @@ fn one_who_asks_and_never_reads_is_dropped_alone() {
     };
     assert_ne!(error, std::io::ErrorKind::WouldBlock);
     ok(&mut client, RequestBody::Inventory);
+}
+
+#[test]
+fn a_run_folder_that_was_removed_is_made_again_with_all_that_belongs_in_it() {
+    let manager = start("m");
+    // An answer means that the folder is complete.
+    drop(manager.client());
+    let read = |name: &str| std::fs::read(manager.dir.join(name));
+    let description = read("manager.json").unwrap();
+    std::fs::remove_dir_all(&manager.dir).unwrap();
+    until("it is all there again", || {
+        read("manager.json").is_ok() && UnixStream::connect(manager.socket()).is_ok()
+    });
+    assert_eq!(read("manager.json").unwrap(), description);
+    assert_eq!(manager.client().hello().name, "m");
+    // The lock is held again.
+    let output = command(&manager.dir, "other").output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("held by another manager"), "{error}");
+
+    std::fs::write(manager.dir.join("manager.json"), "{}").unwrap();
+    until("the description is mended", || {
+        read("manager.json").is_ok_and(|text| text == description)
+    });
+}
+
+#[test]
+fn a_hang_up_opens_the_log_anew() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let path = home.path().join("m.log");
+    let log = std::fs::File::options()
+        .append(true)
+        .create(true)
+        .open(&path)
+        .unwrap();
+    let dir = home.path().join("m");
+    let mut child = command(&dir, "m")
+        .stdout(log.try_clone().unwrap())
+        .stderr(log)
+        .spawn()
+        .unwrap();
+    until("the manager serves", || {
+        UnixStream::connect(dir.join("control.sock")).is_ok()
+    });
+    std::fs::rename(&path, home.path().join("old")).unwrap();
+    let hang_up = std::process::Command::new("kill")
+        .args(["-HUP", &child.id().to_string()])
+        .status();
+    assert!(hang_up.unwrap().success());
+    until("it goes on in a new file", || {
+        std::fs::read_to_string(&path).is_ok_and(|text| text.contains("was opened anew"))
+    });
+    let mut client = Client::connect(&dir.join("control.sock"), SOON).unwrap();
+    ok(&mut client, RequestBody::Shutdown);
+    assert!(child.wait().unwrap().success());
+}
+
+fn describe(file: &std::path::Path, type_name: &str) -> std::process::Output {
+    std::process::Command::new(built("manager"))
+        .arg("--describe")
+        .arg(file)
+        .args(["--type", type_name])
+        .output()
+        .expect("it runs")
+}
+
+#[test]
+fn a_module_is_described_without_a_manager() {
+    let module = built("libtestmod.so");
+    let output = describe(&module, "Testmod");
+    assert!(output.status.success());
+    let info: ModuleInfo = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(info.type_name, "Testmod");
+    assert_eq!(info.ports[1].direction, "out");
+    assert_eq!(info.parameters["code"], "1");
+
+    let output = describe(&module, "Other");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(output.stdout.is_empty());
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("not `Other`"), "{error}");
 }

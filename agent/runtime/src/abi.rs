@@ -2,7 +2,9 @@
 //!
 //! A module exports one function, [`ENTRY`], that returns its [`Module`]. All structs begin with their version and
 //! size. Text is UTF-8 with pointer and length, never zero-terminated. Nothing unwinds across the boundary: each side
-//! catches its own panics. Calls on one instance never overlap and come from one thread.
+//! catches its own panics. Calls on one instance never overlap and come from one thread. Functions of its [`Host`] may be
+//! called by that thread alone, and only while it is in a call of the manager: not by threads of the module, nor between
+//! two calls.
 
 #![allow(unsafe_code)]
 
@@ -97,7 +99,8 @@ pub struct Module {
     pub parameters: *const Parameter,
     /// Number of parameters.
     pub parameters_len: usize,
-    /// Makes an instance. `host` lives as long as the instance. Returns [`return_code`]; `instance` is set on OK only.
+    /// Makes an instance. `host` lives as long as the instance. Returns [`return_code`]; `instance` is set on OK only,
+    /// and is then not null.
     pub create: unsafe extern "C" fn(host: *const Host, instance: *mut *mut c_void) -> i32,
     /// Frees an instance.
     pub destroy: unsafe extern "C" fn(instance: *mut c_void),
@@ -107,7 +110,8 @@ pub struct Module {
     pub configure: unsafe extern "C" fn(instance: *mut c_void, name: Text, value: Text) -> i32,
 }
 
-/// What a manager offers to one instance. `context` comes first in every call.
+/// What a manager offers to one instance. `context` comes first in every call. To be called by the thread that the
+/// manager calls the instance from, during such a call.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Host {
@@ -121,7 +125,8 @@ pub struct Host {
     pub log: unsafe extern "C" fn(context: *mut c_void, level: u32, message: Text),
     /// Writes a sample to an out-port; copied before it returns. Never blocks.
     pub write: unsafe extern "C" fn(context: *mut c_void, port: u32, sample: *const Buffer) -> i32,
-    /// Takes the oldest sample of an in-port. On OK `sample` is borrowed until the next read of the same port; on
+    /// Takes the oldest sample of an in-port among those that had arrived when the running callback began, so a loop
+    /// that reads all ends. On OK `sample` is borrowed until the next read of the same port; on
     /// [`NO_DATA`] it is untouched.
     pub read: unsafe extern "C" fn(context: *mut c_void, port: u32, sample: *mut Buffer) -> i32,
     /// Says why the next return code is not OK.

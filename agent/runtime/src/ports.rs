@@ -24,7 +24,8 @@ impl<T: DataType> InPort<T> {
 
     /// Takes the oldest sample; `None` when there is none. Never waits.
     ///
-    /// The manager's queue is bounded and drops the oldest, so `while let Some(s) = port.read(ctx)?` ends.
+    /// A callback sees what had arrived when it began, and the queues are bounded, so
+    /// `while let Some(s) = port.read(ctx)?` ends, however fast the producers are.
     pub fn read(&mut self, ctx: &mut Context<'_>) -> RtcResult<Option<T>> {
         ctx.read(self.index, T::TYPE_ID, T::decode)
             .map_err(|error| error.context(format_args!("in-port `{}`", self.name)))
@@ -33,12 +34,8 @@ impl<T: DataType> InPort<T> {
     /// Takes all samples and keeps the newest.
     pub fn read_newest(&mut self, ctx: &mut Context<'_>) -> RtcResult<Option<T>> {
         let mut newest = None;
-        // A producer may be as fast as this loop, so it takes no more than a queue can reasonably hold.
-        for _ in 0..1024 {
-            match self.read(ctx)? {
-                Some(sample) => newest = Some(sample),
-                None => break,
-            }
+        while let Some(sample) = self.read(ctx)? {
+            newest = Some(sample);
         }
         Ok(newest)
     }

@@ -82,12 +82,12 @@ pub(super) async fn resolve(
         let detail = format!("at most {MAX_TYPES} types at once");
         return Err(Problem::invalid("too-many", detail).into());
     }
-    let mut found = Vec::with_capacity(request.types.len());
-    for type_name in &request.types {
-        let resolution = agent.modules.resolve(type_name).await;
-        found.push(resolution.map_err(|e| Problem::internal(e.to_string()))?);
-    }
-    Ok(Json(found))
+    let found = request.types.iter().map(|type_name| async {
+        let resolution = agent.modules.resolve_described(type_name).await;
+        resolution.map_err(|e| Problem::internal(e.to_string()))
+    });
+    let found = futures_util::future::try_join_all(found).await;
+    Ok(Json(found?))
 }
 
 /// Which part of a log.
@@ -114,9 +114,9 @@ pub(super) async fn log(
         let node = &agent.config.node;
         Problem::not_found(format!("node {node} has no component {instance}"))
     };
-    let path = agent.folders.component_log(&instance).ok_or_else(unknown)?;
+    let path = agent.folders.component_log(&instance);
     let lines = query.tail.unwrap_or(DEFAULT_TAIL);
-    let read = tokio::task::spawn_blocking(move || log_tail::tail(&path, lines)).await;
+    let read = tokio::task::spawn_blocking(move || log_tail::tail_of_log(&path, lines)).await;
     match read.map_err(std::io::Error::other).flatten() {
         Ok(text) => Ok(text),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {

@@ -4,6 +4,7 @@ use rts_manager_api::control::{CreateRequest, FailureCode, RequestBody, Response
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::Inventory;
 use rts_plan::plan::Work;
+use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::{Configuration, ExecutionKind};
 
 use super::verb::{StepError, Verb, system_id, unless};
@@ -31,7 +32,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 configuration,
                 execution_kind,
                 rate,
-            )?;
+            );
             create(verb, &manager, request).await
         }
         Work::Configure {
@@ -100,17 +101,13 @@ fn create_request(
     configuration: Configuration,
     execution_kind: ExecutionKind,
     rate: Option<f64>,
-) -> Result<CreateRequest, StepError> {
-    let log_path = verb.agent.folders.component_log(&instance).ok_or_else(|| {
-        StepError::Refused(format!(
-            "instance name {instance:?} cannot be the name of a log file; rename the component"
-        ))
-    })?;
+) -> CreateRequest {
+    let log_path = verb.agent.folders.component_log(&instance);
     let restarts = verb
         .system
         .as_ref()
         .map_or(0, |system| verb.agent.restarts.of(system, &instance));
-    Ok(CreateRequest {
+    CreateRequest {
         system: verb.system.as_ref().map(system_id),
         log_path: log_path.display().to_string(),
         execution_kind: kind_name(execution_kind).to_owned(),
@@ -121,12 +118,19 @@ fn create_request(
         recreate_hash,
         restarts,
         rate,
-    })
+    }
 }
 
 async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result<(), StepError> {
     let manager = verb.manager(key)?;
+    if let Some(problem) = instance_name_problem(&request.instance) {
+        return Err(StepError::Refused(format!(
+            "{:?} is no instance name: {problem}; rename the component",
+            request.instance
+        )));
+    }
     refuse_clash(verb, key, &request.instance).await?;
+    verb.agent.mark_log(&manager, &request).await;
     if let Some(system) = &verb.system {
         // Before it is asked: the component may bring the process down while it is made.
         let told = (system.clone(), request.restarts);

@@ -126,19 +126,20 @@ impl Queue {
     }
 
     /// Notes that a step, here or behind a gate, has failed. Gives the steps that can never start now, each with the
-    /// step that failed.
+    /// step that failed. Steps that only wait for the start of a lost one wait for it no longer.
     pub fn failed(&mut self, id: StepId) -> Vec<(StepId, StepId)> {
         self.end(id);
         let mut skipped = Vec::new();
         let mut lost = vec![id];
         while let Some(cause) = lost.pop() {
             for dependent in self.dependents_of(cause) {
-                let Some(node) = self.nodes.get(&dependent) else {
+                let Some(node) = self.nodes.get_mut(&dependent) else {
                     continue;
                 };
-                let blocked = node.needs.contains(&cause) || node.starts.contains(&cause);
-                let unstarted = node.state == State::Waiting;
-                if blocked && unstarted {
+                if !node.needs.contains(&cause) {
+                    node.starts.remove(&cause);
+                    self.settle(dependent);
+                } else if node.state == State::Waiting {
                     self.end(dependent);
                     skipped.push((dependent, id));
                     lost.push(dependent);

@@ -83,6 +83,8 @@ fn step(id: StepId, needs: &[StepId]) -> Step {
 fn batch(steps: Vec<Step>) -> Batch {
     Batch {
         plan_id: "p".to_owned(),
+        cluster_uid: "cluster".to_owned(),
+        epoch: 1,
         generation: 1,
         steps,
         gates: Vec::new(),
@@ -246,6 +248,64 @@ async fn the_deadline_fails_what_runs_and_skips_the_rest() {
     200 4 skipped None: the batch ran out of time
     200 2 failed: Activate component/C2 did not end within 200 ms
     200 end
+    "#);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_step_that_ends_at_the_deadline_does_not_keep_its_batch_for_ever() {
+    let hands = Pretend::new(&[(1, 200, true)]);
+    let mut late = batch(vec![
+        step(1, &[]),
+        step(2, &[]),
+        step(3, &[1]),
+        step(4, &[]),
+    ]);
+    late.steps[3].wait_ms = 9_000;
+    late.deadline_ms = 200;
+    late.gates = vec![100];
+    let mut gated = step(101, &[100]);
+    gated.wait_ms = 1;
+    late.steps.push(gated);
+    // In a task of its own, as in the agent: there the end of the step is seen before the alarm.
+    let text = tokio::spawn(async move { transcript(late, &hands, vec![]).await });
+    let text = tokio::time::timeout(Duration::from_secs(60), text).await;
+    let text = text.expect("the batch ends").unwrap();
+    assert!(text.ends_with("200 end\n"), "{text}");
+    for id in [3, 4, 101] {
+        let skipped = format!("200 {id} skipped None: the batch ran out of time\n");
+        assert!(text.contains(&skipped), "{text}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_waits_only_for_a_start_goes_on_when_that_step_is_lost() {
+    let hands = Pretend::new(&[(1, 10, false)]);
+    let mut steps = vec![
+        step(1, &[]),
+        step(3, &[1]),
+        step(4, &[2]),
+        step(5, &[]),
+        step(6, &[4]),
+    ];
+    // Behind a skipped step, and behind one that other nodes lost.
+    steps[3].after_start_of = vec![2, 3];
+    steps[4].after_start_of = vec![3];
+    let mut gated = batch(steps);
+    gated.gates = vec![2];
+    let lost = Word::Gates(GateReport {
+        started: Vec::new(),
+        succeeded: Vec::new(),
+        failed: vec![2],
+    });
+    insta::assert_snapshot!(transcript(gated, &hands, vec![(50, lost)]).await, @r#"
+    0 1 started
+    10 1 failed: Activate component/C1: it would not
+    10 3 skipped Some(1): step 1 failed
+    50 4 skipped Some(2): step 2 failed
+    50 6 skipped Some(2): step 2 failed
+    50 5 started
+    60 5 succeeded
+    60 end
     "#);
 }
 

@@ -9,6 +9,7 @@ use rts_plan::plan::{Step, Work};
 
 use super::{CarryOut, Carrying, component, connector, manager, module};
 use crate::agent::Agent;
+use crate::ledger::Fence;
 use crate::manager_link::LinkError;
 use crate::managers::Manager;
 
@@ -66,7 +67,12 @@ pub(crate) fn unless(code: FailureCode, result: Result<(), LinkError>) -> Result
 }
 
 /// The real hands.
-pub(crate) struct Hands(pub Arc<Agent>);
+pub(crate) struct Hands {
+    /// Whose.
+    pub agent: Arc<Agent>,
+    /// What the batch was made for.
+    pub fence: Fence,
+}
 
 impl CarryOut for Hands {
     fn limit(&self, step: &Step) -> Duration {
@@ -75,12 +81,20 @@ impl CarryOut for Hands {
 
     fn carry_out(&self, step: Step, limit: Duration) -> Carrying {
         let verb = Verb {
-            agent: self.0.clone(),
+            agent: self.agent.clone(),
             system: step.system,
             limit,
         };
-        let work = step.work;
+        let (work, fence) = (step.work, self.fence.clone());
         Box::pin(async move {
+            // A newer spec may just have come, and its word to cancel may still be on its way.
+            let held = verb.agent.ledger.lock().await.fence();
+            if held.as_ref() != Some(&fence) {
+                return Err(StepError::Refused(
+                    "the node spec was replaced meanwhile; the next plan is for the new one"
+                        .to_owned(),
+                ));
+            }
             let outcome = verb.carry_out(work).await;
             verb.agent.dirty.notify_one();
             outcome

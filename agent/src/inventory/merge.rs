@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use rts_manager_api::control::{
-    ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
+    Busy, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
@@ -41,7 +41,8 @@ fn received(views: &[View]) -> Received {
     let mut received = Received::new();
     for view in views {
         for component in &view.inventory.components {
-            for binding in &component.bindings {
+            // One without a source counts what came over a connection that is no more.
+            for binding in component.bindings.iter().filter(|b| b.connected) {
                 let target = PortRef {
                     instance: component.instance.clone(),
                     port: binding.port.clone(),
@@ -97,6 +98,8 @@ fn component(
             active: Some(info.active).filter(|a| !a.is_empty()),
             sets: info.sets,
         },
+        defaults: info.defaults,
+        hangs: info.busy.as_ref().map(hangs),
         execution_kind: execution_kind(&info.execution_kind),
         rate: info.rate,
         executions: info.executions,
@@ -104,6 +107,15 @@ fn component(
         connectors,
         instance: info.instance,
     }
+}
+
+/// Says since when a callback has not returned.
+fn hangs(busy: &Busy) -> String {
+    format!(
+        "has been in {} for {} s",
+        busy.callback,
+        busy.milliseconds / 1000
+    )
 }
 
 fn connector(
@@ -129,13 +141,17 @@ fn connector(
         state: connector_state(&info.state),
         transport: info.transport,
         samples_sent: info.samples_sent,
-        samples_received: received.get(&key).copied().unwrap_or(0),
+        // The in-port's manager was asked a moment later, and a new connection counts from 0 at this end only.
+        samples_received: received
+            .get(&key)
+            .map_or(0, |received| info.samples_sent.min(*received)),
         bytes: info.bytes,
         drops: info.drops,
     }
 }
 
-fn port(info: PortInfo) -> PortObserved {
+/// A port in the words of the plan.
+pub(crate) fn port(info: PortInfo) -> PortObserved {
     PortObserved {
         name: info.name,
         kind: PortKind::Data,
@@ -179,5 +195,126 @@ pub(crate) fn system_ref(id: &SystemId) -> SystemRef {
     SystemRef {
         name: id.name.clone(),
         uid: id.uid.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rts_manager_api::control::BindingInfo;
+
+    fn bare(instance: &str) -> ComponentInfo {
+        ComponentInfo {
+            instance: instance.to_owned(),
+            type_name: "T".to_owned(),
+            system: None,
+            incarnation: instance.to_owned(),
+            recreate_hash: String::new(),
+            restarts: 0,
+            created: String::new(),
+            state: "Active".to_owned(),
+            message: None,
+            sets: Default::default(),
+            active: String::new(),
+            defaults: Default::default(),
+            busy: None,
+            execution_kind: "periodic".to_owned(),
+            rate: 1.0,
+            executions: 0,
+            ports: Vec::new(),
+            connectors: Vec::new(),
+            bindings: Vec::new(),
+        }
+    }
+
+    /// A connector that sent so many samples, and its binding.
+    fn seen(sent: u64, received: u64, connected: bool) -> u64 {
+        let (mut a, mut b) = (bare("A"), bare("B"));
+        a.connectors.push(ConnectorInfo {
+            name: "c".to_owned(),
+            port: "out".to_owned(),
+            target_instance: "B".to_owned(),
+            target_port: "in".to_owned(),
+            target_incarnation: "B".to_owned(),
+            properties: Default::default(),
+            state: "Connected".to_owned(),
+            transport: "direct".to_owned(),
+            samples_sent: sent,
+            bytes: 0,
+            drops: 0,
+        });
+        b.bindings.push(BindingInfo {
+            connector: "c".to_owned(),
+            port: "in".to_owned(),
+            connected,
+            samples_received: received,
+            drops: 0,
+            gaps: 0,
+        });
+        let view = View {
+            key: ManagerKey {
+                system: None,
+                name: "main".to_owned(),
+            },
+            incarnation: String::new(),
+            pid: 1,
+            started: String::new(),
+            responsive: true,
+            inventory: ManagerInventory {
+                modules: Default::default(),
+                components: vec![a, b],
+            },
+        };
+        let inventory = merge("local", vec![view]);
+        inventory.managers[0].components[0].connectors[0].samples_received
+    }
+
+    #[test]
+    fn never_more_is_received_than_sent_and_only_over_this_connection() {
+        assert_eq!(seen(9, 7, true), 7);
+        assert_eq!(seen(9, 12, true), 9);
+        assert_eq!(seen(9, 7, false), 0);
+    }
+
+    #[test]
+    fn what_hangs_says_where_and_since_when_and_its_seconds_are_no_change() {
+        use crate::inventory::difference::{differences, without_counters};
+        let at = |busy: Option<u64>| {
+            let mut info = bare("A");
+            info.busy = busy.map(|milliseconds| Busy {
+                callback: "on_execute".to_owned(),
+                milliseconds,
+            });
+            let mut inventory = merge("local", Vec::new());
+            inventory.managers.push(ManagerObserved {
+                key: ManagerKey {
+                    system: None,
+                    name: "main".to_owned(),
+                },
+                incarnation: "i".to_owned(),
+                pid: 1,
+                started: String::new(),
+                responsive: true,
+                modules: Default::default(),
+                components: vec![component(info, None, &Received::new())],
+            });
+            inventory
+        };
+        let (well, begun, later) = (at(None), at(Some(1_200)), at(Some(11_900)));
+        let hangs = |i: &Inventory| i.managers[0].components[0].hangs.clone();
+        assert_eq!(hangs(&well), None);
+        assert_eq!(
+            hangs(&later).as_deref(),
+            Some("has been in on_execute for 11 s")
+        );
+        assert_eq!(without_counters(&begun), without_counters(&later));
+        assert_ne!(without_counters(&begun), without_counters(&well));
+        let events = differences(&well, &begun);
+        assert_eq!(events.len(), 1);
+        assert_eq!(
+            (events[0].kind.as_str(), events[0].reason.as_str()),
+            ("Warning", "ComponentHangs")
+        );
+        assert_eq!(differences(&begun, &later), []);
     }
 }

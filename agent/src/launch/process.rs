@@ -2,6 +2,7 @@
 //!
 //! Without a `pre_exec` hook, so that the standard library can use posix_spawn: fork of this process costs 16 ms more.
 
+use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::OpenOptionsExt;
@@ -17,7 +18,15 @@ use crate::pidfd::PidFd;
 use crate::process::signal_group;
 
 /// Variables that a manager inherits, besides all that start with `RTS`.
-const KEPT: [&str; 4] = ["PATH", "HOME", "LANG", "RUST_BACKTRACE"];
+const KEPT: [&str; 5] = ["PATH", "HOME", "LANG", "RUST_BACKTRACE", "LD_LIBRARY_PATH"];
+
+/// What a manager program gets of this process's environment.
+pub(crate) fn environment() -> impl Iterator<Item = (OsString, OsString)> {
+    std::env::vars_os().filter(|(name, _)| {
+        name.to_str()
+            .is_some_and(|name| KEPT.contains(&name) || name.starts_with("RTS"))
+    })
+}
 
 /// Starts manager processes.
 #[derive(Debug, Clone)]
@@ -45,10 +54,7 @@ impl ProcessLauncher {
         command
             .args(["--incarnation", &start.incarnation])
             .env_clear()
-            .envs(std::env::vars_os().filter(|(name, _)| {
-                name.to_str()
-                    .is_some_and(|name| KEPT.contains(&name) || name.starts_with("RTS"))
-            }))
+            .envs(environment())
             .current_dir(&start.folder)
             .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(control)))

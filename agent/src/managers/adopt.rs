@@ -1,66 +1,112 @@
 //! Finding managers that were started by an earlier agent, and taking them over.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rts_host::identity::{boot_id, start_ticks};
-use rts_host::process::group_lives;
-use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
+use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::{ManagerKey, SystemRef};
-use rustix::fs::FlockOperation;
 use rustix::process::Signal;
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
+use super::tenant::{DESCRIBE, Tenant, bury, look};
 use super::{Identity, Manager};
 use crate::agent::Agent;
-use crate::events::of_manager;
+use crate::events::{lock, of_manager};
 use crate::folders::{folder_id, is_folder_id};
 use crate::launch::Exit;
 use crate::pidfd::PidFd;
 use crate::process::signal_group;
 
-/// How long a manager that holds its lock may take to describe itself.
-const DESCRIBE: Duration = Duration::from_secs(2);
-/// Largest description in bytes.
-const MAX_FILE: u64 = 64 * 1024;
+/// Pause between two looks at a folder.
+const PAUSE: Duration = Duration::from_millis(50);
 
-/// Adopts the live managers of the node and removes the folders of dead ones.
+/// Adopts the live managers of the node and removes the folders of dead ones. Waits for those that are just starting.
 pub(crate) async fn adopt_all(agent: &Arc<Agent>) {
-    let Ok(entries) = fs::read_dir(&agent.folders.run) else {
-        return;
-    };
-    for entry in entries.flatten() {
-        if entry.file_name().to_str().is_some_and(is_folder_id) {
-            look_at(agent, &entry.path()).await;
-        }
+    // A little longer than a folder is young.
+    let end = Instant::now() + DESCRIBE + 2 * PAUSE;
+    while !adopt_round(agent).await && Instant::now() < end {
+        sleep(PAUSE).await;
+    }
+    let left = unknown_folders(agent).await;
+    for folder in left {
+        tracing::error!(
+            "{} is held by a process that does not say who it is; it is left alone, and looked at again now and then",
+            folder.display()
+        );
     }
 }
 
-async fn look_at(agent: &Arc<Agent>, folder: &Path) {
-    let end = Instant::now() + DESCRIBE;
-    loop {
-        if !is_locked(folder) {
-            bury(folder);
-            return;
-        }
-        match adopt(agent, folder) {
-            Ok(()) => return,
-            // It may be about to write its file, or about to end.
-            Err(_) if Instant::now() < end => sleep(Duration::from_millis(50)).await,
+/// Looks once at every folder that is not a known manager's; false when one of them could not be settled.
+pub(crate) async fn adopt_round(agent: &Arc<Agent>) -> bool {
+    // Nobody makes or removes a folder meanwhile; whoever starts a manager waits, and then finds it adopted.
+    let _folders = agent.managers.folders.lock().await;
+    let mut settled = true;
+    for folder in unknown_folders(agent).await {
+        match settle(agent, &folder).await {
+            Ok(Settled::Adopted(_) | Settled::Free) => {}
+            Ok(Settled::Held) => settled = false,
             Err(e) => {
-                let folder = folder.display();
-                tracing::error!("cannot adopt the manager in {folder}, it is left alone: {e}");
-                return;
+                settled = false;
+                tracing::debug!("cannot tell who lives in {}: {e}", folder.display());
             }
         }
     }
+    settled
 }
 
-fn adopt(agent: &Arc<Agent>, folder: &Path) -> io::Result<()> {
-    let file = describe(folder)?;
+async fn unknown_folders(agent: &Agent) -> Vec<PathBuf> {
+    let run = agent.folders.run.clone();
+    let list = spawn_blocking(move || {
+        let entries = fs::read_dir(run).into_iter().flatten().flatten();
+        let managers = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_folder_id));
+        managers.map(|entry| entry.path()).collect::<Vec<_>>()
+    });
+    let mut folders = list.await.unwrap_or_default();
+    let starting: Vec<_> = {
+        let starting = lock(&agent.managers.starting);
+        starting.keys().map(|k| agent.folders.manager(k)).collect()
+    };
+    let live: Vec<_> = {
+        let live = lock(&agent.managers.live);
+        live.values().map(|m| m.folder.clone()).collect()
+    };
+    folders.retain(|folder| !starting.contains(folder) && !live.contains(folder));
+    folders
+}
+
+/// What became of a folder.
+pub(super) enum Settled {
+    /// Its manager is ours now.
+    Adopted(Arc<Manager>),
+    /// Nothing is there any more.
+    Free,
+    /// Somebody may live there; perhaps he says who he is later.
+    Held,
+}
+
+/// Adopts the manager of a folder, or removes the folder when it is positively dead. Call it with
+/// [`super::Managers::folders`] locked.
+pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Settled> {
+    let path = folder.to_owned();
+    let tenant = spawn_blocking(move || {
+        let tenant = look(&path)?;
+        if let Tenant::Gone(file) = &tenant {
+            bury(&path, file.as_ref())?;
+        }
+        io::Result::Ok(tenant)
+    });
+    match tenant.await.map_err(io::Error::other)?? {
+        Tenant::None | Tenant::Gone(_) => Ok(Settled::Free),
+        Tenant::Nameless => Ok(Settled::Held),
+        Tenant::Lives(file) => adopt(agent, folder, file).map(Settled::Adopted),
+    }
+}
+
+fn adopt(agent: &Arc<Agent>, folder: &Path, file: ManagerFile) -> io::Result<Arc<Manager>> {
     let key = ManagerKey {
         system: file.system.as_ref().map(|s| SystemRef {
             name: s.name.clone(),
@@ -71,6 +117,10 @@ fn adopt(agent: &Arc<Agent>, folder: &Path) -> io::Result<()> {
     if folder.file_name().and_then(|n| n.to_str()) != Some(folder_id(&key).as_str()) {
         let message = format!("its file says that it is {}", key.display_name());
         return Err(io::Error::other(message));
+    }
+    let known = lock(&agent.managers.live).get(&key).cloned();
+    if let Some(manager) = known.filter(|m| m.incarnation == file.incarnation) {
+        return Ok(manager);
     }
     let pidfd = PidFd::open(file.pid, Some(file.start_ticks))?;
     let pid = file.pid;
@@ -87,48 +137,10 @@ fn adopt(agent: &Arc<Agent>, folder: &Path) -> io::Result<()> {
         signal_group(pid, Signal::KILL);
         Exit::Unknown
     };
-    agent.register(manager, Box::pin(exit));
+    agent.register(manager.clone(), Box::pin(exit));
     let message = format!("process {pid} was found running");
     agent
         .events
         .push(of_manager("Normal", "ManagerAdopted", &key, message));
-    Ok(())
-}
-
-fn describe(folder: &Path) -> io::Result<ManagerFile> {
-    use std::io::Read;
-    let mut text = Vec::new();
-    File::open(folder.join(MANAGER_JSON))?
-        .take(MAX_FILE)
-        .read_to_end(&mut text)?;
-    Ok(serde_json::from_slice(&text)?)
-}
-
-/// True when a live manager holds the folder.
-pub(super) fn is_locked(folder: &Path) -> bool {
-    let Ok(file) = File::open(folder.join(LOCK)) else {
-        return false;
-    };
-    rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared)
-        == Err(rustix::io::Errno::WOULDBLOCK)
-}
-
-/// Removes the folder of a dead manager, and what is left of its process group.
-fn bury(folder: &Path) {
-    if let Ok(file) = describe(folder)
-        && boot_id().is_some_and(|boot| boot == file.boot_id)
-        // While the group has members, its number is given to no new process.
-        && start_ticks(file.pid).is_none_or(|ticks| ticks == file.start_ticks)
-        && group_lives(file.pid)
-    {
-        tracing::warn!(
-            pid = file.pid,
-            "killing what is left of a dead manager's group"
-        );
-        signal_group(file.pid, Signal::KILL);
-    }
-    let _ = fs::remove_file(folder.join(CONTROL_SOCKET));
-    if let Err(e) = fs::remove_dir_all(folder) {
-        tracing::warn!("cannot remove {}: {e}", folder.display());
-    }
+    Ok(manager)
 }

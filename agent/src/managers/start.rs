@@ -2,25 +2,31 @@
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use rts_plan::desired::ManagerKey;
 use tokio::net::UnixStream;
-use tokio::time::timeout;
+use tokio::task::spawn_blocking;
+use tokio::time::{Instant, sleep, timeout};
 
-use super::adopt::is_locked;
-use super::{GROUP_END, Identity, Manager};
+use super::adopt::{Settled, settle};
+use super::tenant::DESCRIBE;
+use super::{GROUP_END, Identity, Manager, remove_folder};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::launch::{Exit, LaunchError, Launched, Start};
-use crate::log_tail;
 use crate::process::{kill_group, signal_group};
+use crate::{log_mark, log_tail};
 use rts_host::files::private_folder;
 
 /// How long a manager may take to say Hello.
 pub(crate) const HELLO: Duration = Duration::from_secs(5);
+/// How long the one before may take to end: as long as a stop takes at most.
+const LAST_END: Duration = Duration::from_secs(20);
+/// Pause between two looks at a folder that somebody holds.
+const PAUSE: Duration = Duration::from_millis(50);
 /// Lines of its log that an error shows.
 const LOG_LINES: usize = 5;
 
@@ -45,6 +51,14 @@ pub(crate) enum StartManagerError {
     Held {
         /// The folder.
         folder: String,
+    },
+    /// The one before does not end.
+    #[error(
+        "the manager {manager} that runs does not end, so no new one can start; look at its processes with `ps`"
+    )]
+    Ending {
+        /// Display name.
+        manager: String,
     },
     /// It ended before it was ready.
     #[error(
@@ -83,6 +97,21 @@ fn last_lines(log: &str) -> String {
     } else {
         format!("; it wrote: {}", log.trim_end().replace('\n', " / "))
     }
+}
+
+async fn mark_log(start: &Start) {
+    let (log, name) = (start.log.clone(), start.key.display_name());
+    let marked = spawn_blocking(move || log_mark::mark(&log, &name)).await;
+    if let Err(e) = marked.map_err(io::Error::other).flatten() {
+        tracing::warn!("cannot mark the log {}: {e}", start.log.display());
+    }
+}
+
+/// The end of what a start wrote to its log.
+async fn log_end(log: PathBuf, from: u64) -> String {
+    let read = spawn_blocking(move || log_tail::tail_from(&log, from, LOG_LINES));
+    let read = read.await.map_err(io::Error::other).flatten();
+    read.unwrap_or_default()
 }
 
 impl Agent {
@@ -131,7 +160,10 @@ impl Agent {
                 return Ok(manager);
             }
             // Never start the next one before the last one has freed its folder.
-            manager.ended().await;
+            if timeout(LAST_END, manager.ended()).await.is_err() {
+                let manager = key.display_name();
+                return Err(StartManagerError::Ending { manager });
+            }
         }
         let start = Start {
             key: key.clone(),
@@ -139,13 +171,48 @@ impl Agent {
             folder: self.folders.manager(key),
             log: self.folders.manager_log(key),
         };
-        prepare(&start.folder)?;
+        if let Some(manager) = self.prepare(&start.folder).await? {
+            // A manager that an earlier agent had started. Should it say nothing, the steps that ask it say so.
+            let _ = timeout(HELLO, manager.link.ready()).await;
+            return Ok(manager);
+        }
+        mark_log(&start).await;
         let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
         let started = self.launch(&start, log_start).await;
         if started.is_err() {
-            let _ = fs::remove_dir_all(&start.folder);
+            remove_folder(start.folder).await;
         }
         started
+    }
+
+    /// Makes an empty run folder, unless its manager lives: then gives that one.
+    async fn prepare(
+        self: &Arc<Self>,
+        folder: &Path,
+    ) -> Result<Option<Arc<Manager>>, StartManagerError> {
+        let end = Instant::now() + DESCRIBE + PAUSE;
+        let failed = |source| StartManagerError::Folder {
+            folder: folder.display().to_string(),
+            source,
+        };
+        loop {
+            {
+                let _folders = self.managers.folders.lock().await;
+                match settle(self, folder).await.map_err(failed)? {
+                    Settled::Adopted(manager) => return Ok(Some(manager)),
+                    Settled::Free => {
+                        private_folder(folder).map_err(failed)?;
+                        return Ok(None);
+                    }
+                    Settled::Held if Instant::now() < end => {}
+                    Settled::Held => {
+                        let folder = folder.display().to_string();
+                        return Err(StartManagerError::Held { folder });
+                    }
+                }
+            }
+            sleep(PAUSE).await;
+        }
     }
 
     async fn launch(
@@ -159,7 +226,7 @@ impl Agent {
             mut exit,
         } = self.launcher.launch(start)?;
         let manager = start.key.display_name();
-        let log = || log_tail::tail_from(&start.log, log_start, LOG_LINES).unwrap_or_default();
+        let log = || log_end(start.log.clone(), log_start);
         let control = control
             .set_nonblocking(true)
             .and_then(|()| UnixStream::from_std(control));
@@ -198,35 +265,16 @@ impl Agent {
             }
             Ok(Err(exit)) => {
                 kill_group(pid, GROUP_END).await;
-                let log = log();
+                let log = log().await;
                 Err(StartManagerError::Ended { manager, exit, log })
             }
             Err(_) => {
                 kill_group(pid, GROUP_END).await;
                 // Reaps it; killed as it is, this cannot take long.
                 let _ = timeout(GROUP_END, exit).await;
-                let log = log();
+                let log = log().await;
                 Err(StartManagerError::Late { manager, log })
             }
         }
     }
-}
-
-/// Makes an empty run folder, unless a live process holds it.
-fn prepare(folder: &Path) -> Result<(), StartManagerError> {
-    if is_locked(folder) {
-        let folder = folder.display().to_string();
-        return Err(StartManagerError::Held { folder });
-    }
-    let make = || {
-        match fs::remove_dir_all(folder) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
-            _ => {}
-        }
-        private_folder(folder)
-    };
-    make().map_err(|source| StartManagerError::Folder {
-        folder: folder.display().to_string(),
-        source,
-    })
 }

@@ -2,7 +2,7 @@
 
 use futures_util::StreamExt;
 use rts_agent_api::AgentApi;
-use rts_agent_api::messages::{BatchEvent, GateReport};
+use rts_agent_api::messages::{Batch, BatchEvent, GateReport};
 use rts_plan::observed::{ConnectorState, LifeCycleState};
 use rts_plan::plan::Work;
 
@@ -239,4 +239,40 @@ async fn gates_are_opened_over_http() {
     assert_eq!(node.managers().len(), 1);
     let nobody = node.agent.release("nobody", &report).await;
     assert_eq!(problem(nobody).status, 404);
+}
+
+#[tokio::test]
+async fn the_batch_of_another_cluster_or_epoch_is_refused_and_a_new_epoch_cancels() {
+    let node = Node::start().await;
+    node.accept(7).await;
+    for change in [
+        (|b: &mut Batch| b.epoch = 2) as fn(&mut Batch),
+        |b| b.epoch = 0,
+        |b| b.cluster_uid = "other".to_owned(),
+    ] {
+        let mut other = batch("other", 7, vec![start_manager(1, "main")]);
+        change(&mut other);
+        let refused = problem(node.agent.run_batch(&other).await.map(|_| ()));
+        assert_eq!(refused.code, "stale-generation");
+    }
+    let mut gated = batch("gated", 7, vec![start_manager(2, "main")]);
+    gated.steps[0].needs = vec![1];
+    gated.gates = vec![1];
+    // A restored store: a higher epoch, and a lower generation.
+    let mut restored = crate::setup::hello_spec(3);
+    restored.epoch = 2;
+    let (outcomes, put) = tokio::join!(node.outcomes(&gated), async {
+        let told = GateReport {
+            started: vec![1],
+            succeeded: Vec::new(),
+            failed: Vec::new(),
+        };
+        while node.agent.release("gated", &told).await.is_err() {
+            tokio::task::yield_now().await;
+        }
+        node.agent.put_node_spec(&restored).await
+    });
+    put.unwrap();
+    assert!(outcomes[0].1.contains("was replaced"), "{outcomes:?}");
+    assert_eq!(node.managers(), []);
 }

@@ -69,8 +69,12 @@ async fn what_a_system_owns_or_wants_is_not_touched_by_hand() {
             .await,
     );
     assert_eq!((taken.status, taken.code.as_str()), (409, "name-taken"));
-    // The short name is enough while only one manager has it.
-    let owned = problem(node.agent.delete_component("main", "Sine0").await);
+    // A short name does not mean the manager of a system.
+    let short = problem(node.agent.delete_component("main", "Sine0").await);
+    assert_eq!(short.status, 404);
+    let made = node.agent.create("main", &wish("Sine", Some("Own0"))).await;
+    assert_eq!(made.unwrap().manager, "main");
+    let owned = problem(node.agent.delete_component("hello.main", "Sine0").await);
     assert_eq!(
         (owned.status, owned.code.as_str()),
         (409, "owned-by-system")
@@ -126,10 +130,48 @@ async fn logs_are_given_from_their_end_and_only_of_components() {
         node.agent.log("Printer0", 5).await.unwrap(),
         "created Printer0\n"
     );
-    let log = node.home.path().join("logs/local/Printer0.log");
+    let log = node.home.path().join("logs/local/components/Printer0.log");
     std::fs::write(&log, "one\ntwo\nthree\n").unwrap();
     assert_eq!(node.agent.log("Printer0", 2).await.unwrap(), "two\nthree\n");
     for name in ["Nothing0", "../state/node-spec", "..", "a/b"] {
         assert_eq!(problem(node.agent.log(name, 5).await).status, 404, "{name}");
     }
+}
+
+#[tokio::test]
+async fn a_manager_that_was_started_for_a_component_that_cannot_be_made_is_stopped_again() {
+    let node = Node::start().await;
+    let refused = node.agent.create("bench", &wish("Crash", None)).await;
+    assert_eq!(problem(refused).status, 503);
+    let mut bad = wish("Sine", None);
+    bad.parameters
+        .insert("refuse".to_owned(), "please".to_owned());
+    let refused = node.agent.create("bench", &bad).await;
+    assert_eq!(problem(refused).code, "manager-invalid");
+    assert_eq!(node.managers(), []);
+    // One that was there before stays.
+    node.agent
+        .create("bench", &wish("Sine", None))
+        .await
+        .unwrap();
+    assert!(node.agent.create("bench", &bad).await.is_err());
+    assert_eq!(node.managers().len(), 1);
+}
+
+#[tokio::test]
+async fn odd_names_have_logs_and_a_new_life_is_marked() {
+    let node = Node::start().await;
+    let name = "カメラ 100%";
+    for _ in 0..2 {
+        node.agent
+            .create("bench", &wish("Sine", Some(name)))
+            .await
+            .unwrap();
+        node.agent.delete_component("bench", name).await.unwrap();
+    }
+    let log = node.agent.log(name, 9).await.unwrap();
+    let lines: Vec<_> = log.lines().collect();
+    assert_eq!(lines.len(), 3, "{log}");
+    let mark = format!("--- a new incarnation of {name} begins here ---");
+    assert!(lines[1].ends_with(&mark), "{log}");
 }

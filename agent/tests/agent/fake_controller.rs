@@ -13,7 +13,7 @@ use rts_agent_api::session::{
 use rts_http::problem::Problem;
 use rts_http::server::{self, Json, ProblemResponse};
 use tempfile::TempDir;
-use tokio::sync::{Mutex, mpsc};
+use tokio::sync::{Mutex, mpsc, oneshot};
 use tokio::time::timeout;
 
 use crate::setup::PATIENCE;
@@ -27,6 +27,8 @@ struct Ears {
 
 pub struct FakeController {
     folder: TempDir,
+    /// Ends the server, and connections that are idle, when dropped.
+    _life: oneshot::Sender<()>,
     ears: Arc<Ears>,
     greetings: Mutex<mpsc::UnboundedReceiver<SessionGreeting>>,
     heartbeats: Mutex<mpsc::UnboundedReceiver<Heartbeat>>,
@@ -52,8 +54,12 @@ impl FakeController {
             .route(HEARTBEATS, post(heartbeat))
             .with_state(ears.clone());
         let listener = server::bind(&socket).unwrap();
-        tokio::spawn(server::serve(listener, router, std::future::pending()));
+        let (life, death) = oneshot::channel();
+        tokio::spawn(server::serve(listener, router, async {
+            let _: Result<(), _> = death.await;
+        }));
         Self {
+            _life: life,
             folder,
             ears,
             greetings: Mutex::new(greetings),

@@ -166,6 +166,10 @@ impl Fake {
                 if components.contains_key(&request.instance) {
                     return refused(FailureCode::Conflict, "it exists");
                 }
+                let mut values = request.sets.values().flatten();
+                if values.any(|(name, _)| name == "refuse") {
+                    return refused(FailureCode::Invalid, "no such parameter");
+                }
                 if request.type_name == "Crash" {
                     std::process::abort();
                 }
@@ -287,6 +291,8 @@ fn component(request: CreateRequest) -> ComponentInfo {
         created: "2026-01-01T00:00:00Z".to_owned(),
         state: "Inactive".to_owned(),
         message: None,
+        defaults: BTreeMap::new(),
+        busy: None,
         sets: request.sets,
         active: request.active.unwrap_or("default".to_owned()),
         execution_kind: request.execution_kind,

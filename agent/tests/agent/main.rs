@@ -2,10 +2,12 @@
 // A failure in a test's own helper is a failed test.
 #![allow(clippy::unwrap_used)]
 
+mod adopt;
 mod batches;
 mod by_hand;
 mod fake_controller;
 mod fake_manager;
+mod heal;
 mod life;
 mod node_spec;
 mod real_manager;

@@ -18,6 +18,36 @@ fn program() -> Option<PathBuf> {
     program.exists().then_some(program)
 }
 
+/// Settings of a node with the real manager and modules, when they were built; the home is still to be set.
+pub fn config() -> Option<Config> {
+    let program = program()?;
+    let modules = program.parent()?.to_owned();
+    let names = [
+        "libsine_source.so",
+        "liblow_pass_filter.so",
+        "libprinter.so",
+    ];
+    let built = names.iter().all(|name| modules.join(name).exists());
+    built.then(|| Config {
+        home: PathBuf::new(),
+        node: "local".to_owned(),
+        aliases: Vec::new(),
+        module_path: vec![modules],
+        manager_program: program,
+        controller_socket: None,
+        heal_after: None,
+    })
+}
+
+/// The real type for a type of the fake hello system.
+pub fn real_type(fake: &str) -> String {
+    match fake {
+        "Sine" => "SineSource".to_owned(),
+        "Filter" => "LowPassFilter".to_owned(),
+        other => other.to_owned(),
+    }
+}
+
 #[tokio::test]
 async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
     let Some(program) = program() else {
@@ -35,6 +65,7 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
         module_path: vec![home.path().to_owned()],
         manager_program: program,
         controller_socket: None,
+        heal_after: None,
     };
     std::fs::write(home.path().join("libnothing.so"), "no library").unwrap();
     let mut node = Node::of(home, config).await;
@@ -54,16 +85,7 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
 
 #[tokio::test]
 async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
-    let modules = program().and_then(|p| Some(p.parent()?.to_owned()));
-    let built = |folder: &PathBuf| {
-        let names = [
-            "libsine_source.so",
-            "liblow_pass_filter.so",
-            "libprinter.so",
-        ];
-        names.iter().all(|name| folder.join(name).exists())
-    };
-    let (Some(program), Some(modules)) = (program(), modules.filter(built)) else {
+    let Some(mut config) = config() else {
         println!("skipped: build everything first (cargo build --workspace --all-targets)");
         return;
     };
@@ -71,25 +93,14 @@ async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
         .prefix("rts")
         .tempdir_in("/tmp")
         .unwrap();
-    let config = Config {
-        home: home.path().to_owned(),
-        node: "local".to_owned(),
-        aliases: Vec::new(),
-        module_path: vec![modules],
-        manager_program: program,
-        controller_socket: None,
-    };
+    config.home = home.path().to_owned();
     let node = Node::of(home, config).await;
     node.accept(1).await;
     let mut batch = hello_batch("up", 1);
     for step in &mut batch.steps {
         if let Work::LoadModule { type_name, .. } | Work::Create { type_name, .. } = &mut step.work
         {
-            *type_name = match type_name.as_str() {
-                "Sine" => "SineSource".to_owned(),
-                "Filter" => "LowPassFilter".to_owned(),
-                other => other.to_owned(),
-            };
+            *type_name = real_type(type_name);
         }
     }
     let outcomes = node.outcomes(&batch).await;

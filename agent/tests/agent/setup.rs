@@ -60,6 +60,7 @@ impl Node {
             module_path: vec![modules],
             manager_program: fake_manager::program(home.path(), behaviour),
             controller_socket: controller,
+            heal_after: None,
         };
         Self::of(home, config).await
     }
@@ -334,6 +335,8 @@ pub fn connect(id: StepId, needs: &[StepId], connector: PlacedConnector) -> Step
 pub fn batch(plan_id: &str, generation: u64, steps: Vec<Step>) -> Batch {
     Batch {
         plan_id: plan_id.to_owned(),
+        cluster_uid: "cluster".to_owned(),
+        epoch: 1,
         generation,
         steps,
         gates: Vec::new(),

@@ -53,6 +53,7 @@ impl Args {
                 .manager_program
                 .unwrap_or_else(|| beside.join("rts-manager")),
             controller_socket: (!self.no_controller).then_some(controller),
+            heal_after: Some(Config::HEAL_AFTER),
         }
     }
 }

@@ -3,24 +3,35 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
-use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::requests::ApplyResult;
 
 use super::{duration, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::{Follower, Verdict, judge};
-use crate::input::InputArgs;
+use crate::input::{Input, InputArgs};
 use crate::local::plural;
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat};
-use crate::show::progress::Progress;
+use crate::show::progress::{self, Progress};
+
+/// How long a controller that was there may be silent.
+const SILENCE: Duration = Duration::from_secs(5);
+/// Time between two tries.
+const PAUSE: Duration = Duration::from_millis(200);
+/// How long a system may be unwell without anybody saying why.
+const UNCLEAR: Duration = Duration::from_secs(3);
 
 /// Make a system run as its profile says, and wait until it does
 ///
 /// Starts the local controller and agent when no controller is named and none runs.
 #[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "rtsctl apply [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl apply [OPTIONS] -f FILE [-f OVERLAY]..."
+)]
 pub struct Args {
     /// The system.
     #[command(flatten)]
@@ -28,22 +39,25 @@ pub struct Args {
     /// How long to wait; the controller goes on after that
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
     timeout: Duration,
-    /// Only print the plan
+    /// Refuse (exit 9) if a process would restart or a component be made again
+    #[arg(long)]
+    no_restart: bool,
+    /// Only print the plan; starts nothing
     #[arg(long)]
     dry_run: bool,
 }
 
 /// Applies and follows until everything runs.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
-    let request = args.input.load(&session.out)?;
-    let controller = session.connect_or_start().await?;
+    let input = args.input.load(&session.out)?;
     if args.dry_run {
-        return dry_run(&request, &controller, session).await;
+        return dry_run(&input, session).await;
     }
-    let name = &request.spec.name;
+    let controller = session.connect_or_start().await?;
+    let name = &input.request.spec.name;
     let start = Instant::now();
-    let result = controller.apply(&request).await;
-    let result = result.map_err(CliError::request(format!("apply system/{name}")))?;
+    restarts(&input, args.no_restart, &controller, session).await?;
+    let result = put(&input, &controller).await?;
     if !result.changed && result.plan.is_empty() && is_settled(&result.system) {
         session.out.result("no changes")?;
         return Ok(Exit::Ok);
@@ -57,12 +71,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Verdict::Converged(waiting) => converged(&system, &waiting, start.elapsed(), session),
         Verdict::Partly(waiting) => {
             list_waiting(&waiting, session);
-            Err(CliError::Partly {
-                system: name.clone(),
-                summary: active(&system),
-            })
+            Err(partly(&system, &waiting))
         }
-        Verdict::Going => {
+        Verdict::Unclear | Verdict::Going => {
             list_unfinished(&system, session);
             Err(CliError::Deadline {
                 system: name.clone(),
@@ -73,17 +84,52 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     }
 }
 
-async fn dry_run(
-    request: &ApplyRequest,
-    controller: &Controller,
-    session: &Session,
-) -> Result<Exit, CliError> {
-    let name = &request.spec.name;
-    let result = controller.plan(request).await;
-    let result = result.map_err(CliError::request(format!("plan system/{name}")))?;
+async fn dry_run(input: &Input, session: &Session) -> Result<Exit, CliError> {
+    let controller = session.connect().await?;
+    let name = &input.request.spec.name;
+    let result = controller.plan(&input.request).await;
+    let result = result.map_err(input.failed(format!("plan system/{name}")))?;
     plan::print(&result, PlanFormat::Text, &session.out)?;
     session.out.say("dry run: nothing was changed");
     Ok(Exit::Ok)
+}
+
+/// Says what will restart before it does, or refuses.
+async fn restarts(
+    input: &Input,
+    forbidden: bool,
+    controller: &Controller,
+    session: &Session,
+) -> Result<(), CliError> {
+    let spec = &input.request.spec;
+    let result = controller.plan(&input.request).await;
+    let result = result.map_err(input.failed(format!("apply system/{}", spec.name)))?;
+    let restarts = plan::restarts(&result.plan, spec);
+    for line in &restarts {
+        session.out.say(line);
+    }
+    if forbidden && !restarts.is_empty() {
+        let count = restarts.len();
+        return Err(CliError::WouldRestart {
+            system: spec.name.clone(),
+            restarts: format!("{count} process{}", if count == 1 { "" } else { "es" }),
+        });
+    }
+    Ok(())
+}
+
+/// Sends the system. It may be sent again, so a controller that dies meanwhile is given time to come back.
+async fn put(input: &Input, controller: &Controller) -> Result<ApplyResult, CliError> {
+    let what = format!("apply system/{}", input.request.spec.name);
+    let end = Instant::now() + SILENCE;
+    loop {
+        match controller.apply(&input.request).await {
+            Err(ClientError::Unreachable { .. }) if Instant::now() < end => {
+                tokio::time::sleep(PAUSE).await;
+            }
+            result => return result.map_err(input.failed(what)),
+        }
+    }
 }
 
 fn is_settled(system: &System) -> bool {
@@ -104,14 +150,25 @@ async fn wait(
     let mut progress = Progress::start(session.out, &format!("system/{name}: applying"));
     let mut follower = Follower::new(controller, &from).await;
     let mut last = from;
+    let mut unclear = None;
     let end = follower.until(deadline, |state| match state {
         None => ControlFlow::Break(None),
         Some(system) => {
             progress.system(&system);
             let verdict = judge(&system, generation);
             last = system;
+            if verdict != Verdict::Unclear {
+                unclear = None;
+            }
             match verdict {
                 Verdict::Going => ControlFlow::Continue(()),
+                Verdict::Unclear => {
+                    let since: Instant = *unclear.get_or_insert_with(Instant::now);
+                    if since.elapsed() < UNCLEAR {
+                        return ControlFlow::Continue(());
+                    }
+                    ControlFlow::Break(Some(Verdict::Partly(Vec::new())))
+                }
                 verdict => ControlFlow::Break(Some(verdict)),
             }
         }
@@ -131,8 +188,9 @@ fn converged(
     session: &Session,
 ) -> Result<Exit, CliError> {
     for waits in waiting {
-        let text = format!("{} does not run: {}", waits.target, waits.reason);
-        session.out.warn(&text);
+        session
+            .out
+            .warn(&format!("does not run: {}", progress::waits(waits)));
     }
     let connectors = plural("connector", system.spec.connectors.len());
     session.out.result(&format!(
@@ -144,12 +202,28 @@ fn converged(
     Ok(Exit::Ok)
 }
 
-fn active(system: &System) -> String {
+/// The error, with what is missing in few words.
+fn partly(system: &System, waiting: &[Waiting]) -> CliError {
     let status = &system.status;
-    format!(
-        "{} of {} components active",
-        status.active, status.components
-    )
+    let mut required = waiting.iter().filter(|w| w.required);
+    let summary = if status.active < status.components {
+        format!(
+            "{} of {} components active",
+            status.active, status.components
+        )
+    } else if waiting.is_empty() {
+        "it is not healthy, and the controller does not say why".to_owned()
+    } else {
+        let targets: Vec<_> = required.clone().map(|w| w.target.as_str()).collect();
+        format!("not as it should be: {}", targets.join(", "))
+    };
+    CliError::Partly {
+        system: system.metadata.name.clone(),
+        summary,
+        target: required
+            .find(|w| w.target.starts_with("component/") || w.target.starts_with("connector/"))
+            .map(|w| w.target.clone()),
+    }
 }
 
 /// What a system is busy with, and what does not go on.
@@ -168,11 +242,38 @@ fn list_waiting(waiting: &[Waiting], session: &Session) {
             1 => " (tried once)".to_owned(),
             tries => format!(" (tried {tries} times)"),
         };
-        let text = format!("{}: {}{tries}", waits.target, waits.reason);
+        let text = format!("{}{tries}", progress::waits(waits));
         if waits.required {
             session.out.fault("", &text, None);
         } else {
             session.out.warn(&text);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::show::samples;
+
+    #[test]
+    fn a_partial_apply_says_what_is_missing() {
+        let mut system = samples::system();
+        let waiting = Waiting {
+            target: "connector/A.o-B.i".to_owned(),
+            reason: "refused".to_owned(),
+            required: true,
+            transient: false,
+            tries: 1,
+            next_try: None,
+        };
+        let said = |system: &System, waiting: &[Waiting]| {
+            let error = partly(system, waiting);
+            format!("{}; {}", error.line(), error.help().unwrap())
+        };
+        insta::assert_snapshot!(said(&system, &[waiting]), @"system/hello is only partly applied: not as it should be: connector/A.o-B.i; the controller goes on trying: see `rtsctl describe connector/A.o-B.i`");
+        insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: it is not healthy, and the controller does not say why; the controller goes on trying: see `rtsctl describe system/hello`");
+        system.status.active = 2;
+        insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: 2 of 3 components active; the controller goes on trying: see `rtsctl describe system/hello`");
     }
 }

@@ -1,15 +1,28 @@
 //! `rtsctl diff`.
 
+use std::time::{Duration, Instant};
+
+use rts_controller_api::client::Controller;
+use rts_controller_api::requests::PlanResult;
+
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::input::InputArgs;
+use crate::input::{Input, InputArgs};
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormatArgs};
 
+/// How long questions under way are waited for before they count as differences.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Time between two looks.
+const PAUSE: Duration = Duration::from_millis(200);
+
 /// Show how what runs differs from a profile, and what would restart; nothing changes
 ///
-/// Exits 1 if anything differs.
+/// Exits 1 if anything differs, or cannot be done now.
 #[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "rtsctl diff [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl diff [OPTIONS] -f FILE [-f OVERLAY]..."
+)]
 pub struct Args {
     /// The system.
     #[command(flatten)]
@@ -21,15 +34,28 @@ pub struct Args {
 
 /// Prints the differences.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
-    let request = args.input.load(&session.out)?;
-    let controller = session.connect_or_start().await?;
-    let name = &request.spec.name;
-    let result = controller.plan(&request).await;
-    let result = result.map_err(CliError::request(format!("compare system/{name}")))?;
+    let input = args.input.load(&session.out)?;
+    let controller = session.connect().await?;
+    let result = compare(&input, &controller).await?;
     plan::print(&result, args.format.output, &session.out)?;
-    Ok(if result.plan.is_empty() {
-        Exit::Ok
-    } else {
+    Ok(if plan::concerns(&result.plan, &input.request.spec) {
         Exit::Different
+    } else {
+        Exit::Ok
     })
+}
+
+/// The plan, once nothing of it only waits for an answer that is under way.
+async fn compare(input: &Input, controller: &Controller) -> Result<PlanResult, CliError> {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let what = format!("compare system/{}", input.request.spec.name);
+        let result = controller.plan(&input.request).await;
+        let result = result.map_err(input.failed(what))?;
+        let asked = result.plan.waiting_on.iter().any(|waits| waits.transient);
+        if !asked || Instant::now() >= end {
+            return Ok(result);
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
 }

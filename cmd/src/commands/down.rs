@@ -26,16 +26,22 @@ pub struct Args {
 /// Stops everything, removes the run folder, and says what was stopped.
 pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let home = &session.home;
-    let Some(_lock) = HomeLock::take_existing(home)? else {
-        let text = format!("nothing was running: there is no {}", home.path().display());
-        session.out.result(&text)?;
-        return Ok(Exit::Ok);
-    };
-    confirm(args, session)?;
+    // Asked without the lock, so that nobody waits for a person; then looked at again.
+    let asked = confirm(args, down::systems(home)?)?;
+    let lock = HomeLock::take_existing(home)?;
+    let news: Vec<_> = down::systems(home)?.difference(&asked).cloned().collect();
+    if !args.yes && !news.is_empty() {
+        return Err(LocalError::SystemsRun { systems: news }.into());
+    }
     let stopped = down::stop(home)?;
     if !stopped.left.is_empty() {
         session.out.say(&format!("rtsctl: {}", stopped.words()));
         return Err(LocalError::Left { left: stopped.left }.into());
+    }
+    if lock.is_none() {
+        let text = format!("{}: there is no {}", stopped.words(), home.path().display());
+        session.out.result(&text)?;
+        return Ok(Exit::Ok);
     }
     let alone = remove::remove(home, args.purge)?;
     session.out.result(&stopped.words())?;
@@ -49,19 +55,18 @@ pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-fn confirm(args: &Args, session: &Session) -> Result<(), CliError> {
-    let managers = down::live_managers(&session.home)?;
-    let systems: BTreeSet<_> = managers.iter().filter_map(|m| m.system()).collect();
+/// The systems that may be stopped.
+fn confirm(args: &Args, systems: BTreeSet<String>) -> Result<BTreeSet<String>, CliError> {
     if args.yes || systems.is_empty() {
-        return Ok(());
+        return Ok(systems);
     }
-    let systems: Vec<_> = systems.into_iter().map(str::to_owned).collect();
+    let names: Vec<_> = systems.iter().cloned().collect();
     if !can_ask() {
-        return Err(LocalError::SystemsRun { systems }.into());
+        return Err(LocalError::SystemsRun { systems: names }.into());
     }
-    let (count, names) = (plural("system", systems.len()), systems.join(", "));
+    let (count, names) = (plural("system", names.len()), names.join(", "));
     if ask(&format!("{count} still running: {names}. Stop everything?")) {
-        Ok(())
+        Ok(systems)
     } else {
         Err(LocalError::Declined.into())
     }

@@ -19,7 +19,9 @@ use crate::show::table::Table;
 #[allow(missing_docs, reason = "the help of a verb is on its arguments")]
 pub enum Command {
     List(ListArgs),
+    /// Load the module of a type into a manager; started when it is not there
     Load(LoadArgs),
+    /// Unload the module of a type from a manager
     Unload(LoadArgs),
     Factories(FactoriesArgs),
     Create(create::Args),
@@ -37,7 +39,7 @@ pub struct ListArgs {
 /// The module of a type in a manager
 #[derive(Debug, clap::Args)]
 pub struct LoadArgs {
-    /// Manager, as `rtsctl get managers` names it or without its system
+    /// Manager, as `rtsctl get managers` names it
     manager: String,
     /// Type name of the component (`ConsoleOut`)
     #[arg(value_name = "TYPE")]
@@ -50,7 +52,7 @@ pub struct LoadArgs {
 /// Show the modules that a manager has opened
 #[derive(Debug, clap::Args)]
 pub struct FactoriesArgs {
-    /// Manager, as `rtsctl get managers` names it or without its system
+    /// Manager, as `rtsctl get managers` names it
     manager: String,
     /// Node [default: where the manager is]
     #[arg(long, value_name = "NODE")]
@@ -99,6 +101,11 @@ async fn load(args: LoadArgs, session: &Session) -> Result<Exit, CliError> {
         .await;
     let what = format!("load {} into manager/{}", request.type_name, place.manager);
     let factory = factory.map_err(CliError::request(what))?;
+    if !place.runs {
+        let (manager, node) = (&place.manager, &place.node);
+        let text = format!("rtsctl: manager/{manager} did not run: started it on node/{node}");
+        session.out.say(&text);
+    }
     let (
         manager,
         Factory {

@@ -2,6 +2,7 @@
 
 pub mod apply;
 pub mod completion;
+pub mod describe;
 pub mod diff;
 pub mod docs;
 pub mod down;
@@ -31,8 +32,8 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     Ok(duration)
 }
 
-/// Waits for something that the controller does, or for Ctrl-C: then says that the controller goes on. A second Ctrl-C
-/// finds nobody that waits: the program has ended.
+/// Waits for something that the controller does, or for Ctrl-C: then says that the controller goes on and ends at once,
+/// since nothing is left to be stopped.
 pub async fn or_interrupted<T>(
     wait: impl Future<Output = Result<T, CliError>>,
     session: &Session,
@@ -42,7 +43,8 @@ pub async fn or_interrupted<T>(
         signal = tokio::signal::ctrl_c() => {
             if signal.is_ok() {
                 session.out.stderr(
-                    "rtsctl: the controller goes on without this command: see `rtsctl get systems`",
+                    "rtsctl: only the waiting ends, the controller goes on: see `rtsctl get systems`; \
+                     `rtsctl teardown NAME` stops a system, a second Ctrl-C does nothing more",
                 );
             }
             Err(CliError::Interrupted)

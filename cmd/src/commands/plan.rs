@@ -10,6 +10,9 @@ use crate::show::plan::{self, PlanFormatArgs};
 ///
 /// Exits 0 whether there is anything to do or not.
 #[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "rtsctl plan [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl plan [OPTIONS] -f FILE [-f OVERLAY]..."
+)]
 pub struct Args {
     /// The system.
     #[command(flatten)]
@@ -21,11 +24,11 @@ pub struct Args {
 
 /// Prints the plan.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
-    let request = args.input.load(&session.out)?;
-    let controller = session.connect_or_start().await?;
-    let name = &request.spec.name;
-    let result = controller.plan(&request).await;
-    let result = result.map_err(CliError::request(format!("plan system/{name}")))?;
+    let input = args.input.load(&session.out)?;
+    let controller = session.connect().await?;
+    let name = &input.request.spec.name;
+    let result = controller.plan(&input.request).await;
+    let result = result.map_err(input.failed(format!("plan system/{name}")))?;
     plan::print_with_steps(&result, args.format.output, &session.out)?;
     Ok(Exit::Ok)
 }

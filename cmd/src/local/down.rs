@@ -1,5 +1,6 @@
 //! Stops the local stack from its run folder alone, with every daemon dead if need be.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -12,6 +13,7 @@ use rustix::process::Signal;
 
 use super::home::Home;
 use super::lock::is_held;
+use super::strays::{self, Program, Stray};
 use super::{LocalError, plural};
 
 /// Time for each gentle step before a harder one.
@@ -109,6 +111,7 @@ pub fn stop(home: &Home) -> Result<Stopped, LocalError> {
         &home.controller_lock(),
     )?;
     stopped.controller = controller.note(&mut stopped.left);
+    stopped.controller |= !stop_strays(home, Program::Controller, &mut stopped.left).is_empty();
     for node in folders(&home.run())? {
         let name = name_of(&node);
         let (json, lock) = (node.join("agent.json"), node.join("agent.lock"));
@@ -117,8 +120,59 @@ pub fn stop(home: &Home) -> Result<Stopped, LocalError> {
             stopped.agents.push(name);
         }
     }
+    let agents = stop_strays(home, Program::Agent, &mut stopped.left);
+    stopped.agents.extend(agents);
     stop_managers(home, &mut stopped)?;
+    let managers = stop_strays(home, Program::Manager, &mut stopped.left);
+    stopped.managers.extend(managers);
+    stopped.managers.sort();
     Ok(stopped)
+}
+
+/// Systems with managers that live now, whether the run folder tells of them or not.
+pub fn systems(home: &Home) -> Result<BTreeSet<String>, LocalError> {
+    let known = live_managers(home)?;
+    let known = known.iter().filter_map(LiveManager::system);
+    let mut systems: BTreeSet<_> = known.map(str::to_owned).collect();
+    let strays = strays::find(home, Program::Manager);
+    systems.extend(strays.into_iter().filter_map(|stray| stray.system));
+    Ok(systems)
+}
+
+/// Stops what the run folder no longer tells of, all at once; gives the names of what was stopped.
+fn stop_strays(home: &Home, program: Program, left: &mut Vec<String>) -> Vec<String> {
+    let strays = strays::find(home, program);
+    let signal = |stray: &Stray, signal| {
+        // A daemon's group is its own; what it started is stopped by itself.
+        if program == Program::Manager {
+            stray.process.signal_group(signal);
+        } else {
+            stray.process.signal(signal);
+        }
+    };
+    for (kind, grace) in [(Signal::TERM, GRACE), (Signal::KILL, KILLED)] {
+        let lives = |stray: &&Stray| !stray.process.ended(Duration::ZERO);
+        strays
+            .iter()
+            .filter(lives)
+            .for_each(|stray| signal(stray, kind));
+        let end = Instant::now() + grace;
+        for stray in &strays {
+            stray
+                .process
+                .ended(end.saturating_duration_since(Instant::now()));
+        }
+    }
+    let mut stopped = Vec::new();
+    for stray in strays {
+        let (name, pid) = (stray.name, stray.process.pid());
+        if stray.process.ended(Duration::ZERO) {
+            stopped.push(name);
+        } else {
+            left.push(format!("{name} (pid {pid}) does not die"));
+        }
+    }
+    stopped
 }
 
 /// Goes round until no manager is alive and none is just being started.

@@ -106,7 +106,10 @@ impl Home {
 pub fn make_private(path: &Path) -> Result<(), LocalError> {
     match rts_host::files::private_folder(path) {
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(()),
-        other => other.map_err(LocalError::file("make the folder", path)),
+        other => other.map_err(|source| LocalError::Home {
+            path: path.to_owned(),
+            source,
+        }),
     }
 }
 

@@ -4,6 +4,7 @@ pub mod down;
 pub mod home;
 pub mod lock;
 pub mod remove;
+pub mod strays;
 pub mod up;
 
 use std::io;
@@ -35,6 +36,14 @@ pub enum LocalError {
     /// Its folders cannot be ours.
     #[error(transparent)]
     Claim(#[from] rts_host::home::ClaimError),
+    /// The home cannot be made.
+    #[error("cannot make the folder {}", path.display())]
+    Home {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
     /// A file or folder of the home.
     #[error("cannot {what} {}", path.display())]
     File {
@@ -104,6 +113,7 @@ impl LocalError {
             LocalError::NoHome
             | LocalError::HomeTooLong { .. }
             | LocalError::Claim(_)
+            | LocalError::Home { .. }
             | LocalError::SystemsRun { .. }
             | LocalError::Declined => Exit::Usage,
             LocalError::Locked { .. } => Exit::Deadline,
@@ -118,6 +128,9 @@ impl LocalError {
     /// How to mend it.
     pub fn help(&self) -> Option<String> {
         match self {
+            LocalError::Home { .. } | LocalError::Claim(rts_host::home::ClaimError::File(..)) => {
+                Some("set RTSCTL_HOME to a folder that you may write to".to_owned())
+            }
             LocalError::NoHome => Some("set RTSCTL_HOME to a folder of your own".to_owned()),
             LocalError::HomeTooLong { .. } => {
                 Some("set RTSCTL_HOME to a shorter folder".to_owned())

@@ -65,7 +65,11 @@ fn columns<T>(
     let headers = shown.iter().map(|column| column.0).chain(["AGE"]);
     let mut table = Table::new(&headers.collect::<Vec<_>>());
     for item in items {
-        let cells = shown.iter().map(|column| (column.2)(item));
+        let cells = shown.iter().map(|column| match column.0 {
+            // For people; whatever stands after them is only the age.
+            "MESSAGE" | "REASON" => one_line(&(column.2)(item)),
+            _ => escaped(&(column.2)(item)),
+        });
         table.row(cells.chain([age(born(item), look.now)]));
     }
     table
@@ -123,6 +127,11 @@ fn components(items: &[Component], look: Look) -> Table {
             text(c.status.rate.map(|rate| format!("{rate}Hz")))
         }),
         Column("EXECUTIONS", Wide, |c| c.status.executions.to_string()),
+        Column("REASON", Wide, |c| {
+            let status = &c.status;
+            let reason = status.waiting_on.as_ref().or(status.message.as_ref());
+            reason.cloned().unwrap_or_default()
+        }),
     ];
     let born = |c: &Component| c.status.created.or(c.metadata.creation_timestamp);
     columns(items, &all, born, look)
@@ -190,6 +199,26 @@ fn system_or_drift(system: &str, drift: bool) -> String {
     }
 }
 
+/// A name with blanks as one cell (`My\x20Sine`): scripts split lines at blanks.
+pub fn escaped(text: &str) -> String {
+    let mut cell = String::new();
+    for c in text.chars() {
+        if !c.is_whitespace() && !c.is_control() {
+            cell.push(c);
+        } else if c.is_ascii() {
+            cell.push_str(&format!("\\x{:02x}", u32::from(c)));
+        } else {
+            cell.push_str(&format!("\\u{{{:x}}}", u32::from(c)));
+        }
+    }
+    cell
+}
+
+/// Sentences of components may have several lines; a row has one.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Scripts split lines at blanks.
 fn one_word(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join("_")
@@ -232,6 +261,25 @@ mod tests {
             let header = columns(text.lines().next().unwrap());
             assert!(text.lines().all(|line| columns(line) == header), "{text}");
         }
+    }
+
+    #[test]
+    fn a_name_with_blanks_is_one_cell() {
+        assert_eq!(escaped("My Sine"), r"My\x20Sine");
+        assert_eq!(escaped("左\u{3000}腕"), r"左\u{3000}腕");
+        assert_eq!(escaped("50%"), "50%");
+        assert_eq!(one_line("a\n  b"), "a b");
+    }
+
+    #[test]
+    fn a_wide_table_says_why() {
+        let mut items = samples::values(Kind::Component);
+        items[1]["status"]["waitingOn"] = "its module failed".into();
+        let text = table(Kind::Component, &items, look(true)).unwrap();
+        let text = text.render(true, false);
+        let lines: Vec<_> = text.lines().collect();
+        assert!(lines[0].ends_with("REASON             AGE"), "{text}");
+        assert!(lines[2].contains("  its module failed  "), "{text}");
     }
 
     #[test]

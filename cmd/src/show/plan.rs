@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use rts_controller_api::requests::PlanResult;
 use rts_plan::plan::Plan;
+use rts_schemas::system::SystemSpec;
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -68,6 +69,51 @@ fn steps(plan: &Plan) -> Table {
         ]);
     }
     table
+}
+
+/// True when a plan has something to do, or something that waits, for a system; other systems' affairs do not count.
+pub fn concerns(plan: &Plan, spec: &SystemSpec) -> bool {
+    let own = |system: Option<&str>| system.is_none_or(|system| system == spec.name);
+    plan.changes.iter().any(|c| own(c.system.as_deref()))
+        || plan
+            .steps
+            .iter()
+            .any(|s| own(s.system.as_ref().map(|s| s.name.as_str())))
+        || plan.waiting_on.iter().any(|w| is_of(&w.target, spec))
+}
+
+/// True when a target is a part of the system, or something that it may need.
+fn is_of(target: &str, spec: &SystemSpec) -> bool {
+    let (kind, name) = target.split_once('/').unwrap_or((target, ""));
+    let at = name.rsplit_once('@');
+    match kind {
+        "component" => spec.components.iter().any(|c| c.instance == name),
+        "connector" => spec.connectors.iter().any(|c| c.name == name),
+        "manager" => owns(spec, name),
+        "module" => at.is_some_and(|(_, manager)| owns(spec, manager)),
+        "package" => at
+            .is_some_and(|(type_name, _)| spec.components.iter().any(|c| c.type_name == type_name)),
+        // Which nodes it needs is for the controller to know: rather a difference too many than one that is hidden.
+        _ => true,
+    }
+}
+
+fn owns(spec: &SystemSpec, manager: &str) -> bool {
+    manager
+        .split_once('.')
+        .is_some_and(|(system, _)| system == spec.name)
+}
+
+/// A line for each process of a system that restarts, with what that stops.
+pub fn restarts(plan: &Plan, spec: &SystemSpec) -> Vec<String> {
+    let own = plan.restarts.iter().filter(|r| owns(spec, &r.manager));
+    let alone = Plan {
+        restarts: own.cloned().collect(),
+        ..Plan::default()
+    };
+    let text = rts_plan::render::render(&alone);
+    let lines = text.lines().filter(|line| line.starts_with("restarts: "));
+    lines.map(str::to_owned).collect()
 }
 
 /// What is said of the system beyond the plan's own notes, which its text has.
@@ -149,6 +195,58 @@ mod tests {
         1     StartManager  manager/main     local  -
         2     Activate      component/Sine0  local  1
         ");
+    }
+
+    fn hello() -> SystemSpec {
+        let text = include_bytes!("../../../manifests/hello/system.xml");
+        rts_schemas::rts_profile::load("hello.xml", text, None, &[])
+            .unwrap()
+            .0
+    }
+
+    #[test]
+    fn what_waits_is_a_difference_and_what_others_wait_for_is_not() {
+        let mut plan = Plan::default();
+        assert!(!concerns(&plan, &hello()));
+        let waits = |target: &str| rts_plan::plan::WaitingOn {
+            target: target.to_owned(),
+            reason: "its module failed".to_owned(),
+            transient: false,
+        };
+        plan.waiting_on = vec![waits("component/Elsewhere0"), waits("manager/other.main")];
+        assert!(!concerns(&plan, &hello()));
+        for target in [
+            "component/Sine0",
+            "manager/hello.main",
+            "package/Printer@local",
+            "node/local",
+            "module/Printer@hello.main",
+        ] {
+            plan.waiting_on = vec![waits(target)];
+            assert!(concerns(&plan, &hello()), "{target}");
+        }
+        assert!(concerns(&result().plan, &hello()));
+    }
+
+    #[test]
+    fn only_own_restarts_are_told() {
+        let restart = |manager: &str| rts_plan::plan::Restart {
+            node: "local".to_owned(),
+            manager: manager.to_owned(),
+            pid: Some(7),
+            components: vec!["Sine0".to_owned()],
+            reason: "type changed".to_owned(),
+        };
+        let plan = Plan {
+            restarts: vec![restart("hello.main"), restart("hello2.main")],
+            ..Plan::default()
+        };
+        let lines = restarts(&plan, &hello());
+        assert_eq!(lines.len(), 1);
+        assert!(
+            lines[0].starts_with("restarts: process hello.main (pid 7)"),
+            "{lines:?}"
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rts_controller_api::objects::System;
+use rts_controller_api::objects::{System, Waiting};
 
 use crate::output::Output;
 
@@ -73,6 +73,18 @@ impl Drop for Progress {
     }
 }
 
+/// `component/Motor0: Create: no such file`; a reason that names its target again does so once.
+pub fn waits(waiting: &Waiting) -> String {
+    let (target, reason) = (&waiting.target, waiting.reason.as_str());
+    let reason = reason
+        .strip_prefix(&format!("{target}: "))
+        .unwrap_or(reason);
+    match reason.split_once(&format!(" {target}: ")) {
+        Some((verb, rest)) if !verb.contains(' ') => format!("{target}: {verb}: {rest}"),
+        _ => format!("{target}: {reason}"),
+    }
+}
+
 /// `system/hello: 3 of 14 steps, 1 of 3 components active: Create component/Sine0`.
 fn line(system: &System) -> String {
     let status = &system.status;
@@ -88,8 +100,13 @@ fn line(system: &System) -> String {
     if !progress.running.is_empty() {
         text.push_str(": ");
         text.push_str(&progress.running.join(", "));
-    } else if let Some(waiting) = status.waiting_on.first() {
-        text.push_str(&format!(": {}: {}", waiting.target, waiting.reason));
+    } else {
+        // What is under way says more than what stands.
+        let mut waiting = status.waiting_on.iter();
+        let under_way = waiting.find(|waiting| waiting.transient);
+        if let Some(waiting) = under_way.or(status.waiting_on.first()) {
+            text.push_str(&format!(": {}", waits(waiting)));
+        }
     }
     text
 }
@@ -98,6 +115,28 @@ fn line(system: &System) -> String {
 mod tests {
     use super::*;
     use crate::show::samples;
+
+    #[test]
+    fn a_reason_does_not_name_its_target_again() {
+        let waiting = |reason: &str| Waiting {
+            target: "component/R".to_owned(),
+            reason: reason.to_owned(),
+            required: true,
+            transient: false,
+            tries: 1,
+            next_try: None,
+        };
+        let said = |reason| waits(&waiting(reason));
+        assert_eq!(
+            said("Create component/R: no memory"),
+            "component/R: Create: no memory"
+        );
+        assert_eq!(said("component/R: gone"), "component/R: gone");
+        assert_eq!(
+            said("waits for component/R: it"),
+            "component/R: waits for component/R: it"
+        );
+    }
 
     #[test]
     fn a_line_says_how_far_it_is_and_what_runs_now() {

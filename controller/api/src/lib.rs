@@ -4,6 +4,7 @@ pub mod client;
 pub mod objects;
 pub mod paths;
 pub mod requests;
+pub mod schema;
 pub mod watch;
 
 pub use rts_http::client::ClientError;

@@ -51,7 +51,7 @@ impl Kind {
 }
 
 /// What every object has.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Object<Spec, Status> {
     /// [`crate::API_VERSION`].
@@ -200,6 +200,9 @@ pub struct Waiting {
     pub reason: String,
     /// The system cannot be healthy without it.
     pub required: bool,
+    /// It is expected to pass by itself within moments.
+    #[serde(default)]
+    pub transient: bool,
     /// Tries so far.
     #[serde(default)]
     pub tries: u32,

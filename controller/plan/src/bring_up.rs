@@ -74,7 +74,8 @@ struct Bringer<'s, 'f, 'a> {
     down: &'f Down<'a>,
     blocked: &'f Blocked,
     steps: &'s mut Steps,
-    installs: BTreeMap<(&'a str, &'a str, Option<&'a str>), Ix>,
+    /// Each system installs for itself, so that no step of one waits for another.
+    installs: BTreeMap<(&'a str, &'a str, &'a str, Option<&'a str>), Ix>,
     loads: BTreeMap<(Seat<'a>, &'a str), Ix>,
     creates: BTreeMap<Id<'a>, Ix>,
     configures: BTreeMap<Id<'a>, Ix>,
@@ -174,7 +175,9 @@ impl<'a> Bringer<'_, '_, 'a> {
         let type_name = want.placed.spec.type_name.as_str();
         let digest = want.placed.module_digest.as_deref();
         let steps = &mut *self.steps;
-        let install = self.installs.entry((want.node, type_name, digest));
+        let install = self
+            .installs
+            .entry((&want.system.uid, want.node, type_name, digest));
         *install.or_insert_with(|| {
             steps.add(NewStep {
                 node: want.node,
@@ -199,7 +202,7 @@ impl<'a> Bringer<'_, '_, 'a> {
             return;
         };
         let target = target::component(id.instance);
-        if let Some(why) = self.blocked.get(&target) {
+        if let Some(why) = self.blocked.get(&target::on(want.node, &target)) {
             self.up.waits.insert(id, why.clone());
             return;
         }
@@ -279,7 +282,7 @@ impl<'a> Bringer<'_, '_, 'a> {
             return;
         }
         let target = target::component(id.instance);
-        if let Some(why) = self.blocked.get(&target) {
+        if let Some(why) = self.blocked.get(&target::on(want.node, &target)) {
             self.up.waits.insert(id, why.clone());
             return;
         }
@@ -319,12 +322,13 @@ impl<'a> Bringer<'_, '_, 'a> {
             return Standing::Waits;
         }
         let target = target::component(id.instance);
-        let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&target));
+        let want = &self.facts.wants[&id];
+        let blocked = target::on(want.node, &target);
+        let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&blocked));
         if let Some(problem) = problem {
             self.up.waits.insert(id, problem.clone());
             return Standing::Waits;
         }
-        let want = &self.facts.wants[&id];
         let reason = match live {
             None => "is to be Active",
             Some(live) if live.component.state == LifeCycleState::Error => "was reset",

@@ -5,7 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::index::{Facts, Id, Live, Seat, Want};
+use crate::alone::{claims, does_not_answer, ends_silent, first_fate, moved};
+use crate::index::{Facts, Id, Seat, Want};
 use crate::order::{Order, Standing};
 use crate::place::recreate_hash;
 use crate::plan::Blocked;
@@ -51,6 +52,8 @@ pub(crate) struct Decisions<'a> {
     pub makes: BTreeMap<Id<'a>, Make>,
     /// Desired components that cannot be brought to their desired state now, and why.
     pub waits: BTreeMap<Id<'a>, String>,
+    /// Processes in which nothing is desired and that cannot be stopped now, and why.
+    pub stuck: BTreeMap<Seat<'a>, String>,
 }
 
 /// Decides.
@@ -64,7 +67,7 @@ pub(crate) fn decide<'a>(facts: &Facts<'a>, blocked: &Blocked) -> Decisions<'a> 
             fates: facts
                 .lives
                 .iter()
-                .map(|live| first_fate(facts, live))
+                .map(|live| first_fate(facts, blocked, live))
                 .collect(),
             ..Decisions::default()
         },
@@ -74,31 +77,10 @@ pub(crate) fn decide<'a>(facts: &Facts<'a>, blocked: &Blocked) -> Decisions<'a> 
     }
     decider.start_up_orders();
     decider.stop_processes();
+    decider.keep_silent();
     decider.names();
     decider.start_up_orders();
     decider.out
-}
-
-/// Fate of a component by itself; instances of desired components are looked at one by one later.
-fn first_fate(facts: &Facts<'_>, live: &Live<'_>) -> Fate {
-    let told = facts.nodes.contains(live.node);
-    let ours = live
-        .id()
-        .is_some_and(|id| told || facts.wants.contains_key(&id));
-    let gone = ours && live.manager.responsive;
-    if gone { Fate::Gone } else { Fate::Keep }
-}
-
-/// Who may have an instance name on a node: one that is there already, else the first.
-fn claims<'a>(facts: &Facts<'a>) -> BTreeMap<(&'a str, &'a str), Id<'a>> {
-    let mut claims: BTreeMap<(&'a str, &'a str), Id<'a>> = BTreeMap::new();
-    for (id, want) in &facts.wants {
-        let claim = claims.entry((want.node, id.instance)).or_insert(*id);
-        if facts.instances(*claim).is_empty() && !facts.instances(*id).is_empty() {
-            *claim = *id;
-        }
-    }
-    claims
 }
 
 struct Decider<'f, 'a> {
@@ -160,7 +142,7 @@ impl<'a> Decider<'_, 'a> {
         }
         // A module stays mapped in its process, so that a new file needs a new process.
         let manager = target::manager(&want.key);
-        if let Some(why) = self.blocked.get(&manager) {
+        if let Some(why) = self.blocked.get(&target::on(want.node, &manager)) {
             return self.hold(want.id(), format!("{manager} is blocked: {why}"));
         }
         let reason = format!("the module file of {} changed", spec.type_name);
@@ -182,10 +164,12 @@ impl<'a> Decider<'_, 'a> {
             return Some(format!("node {} is unknown: {reason}", want.node));
         }
         let here = self.facts.processes.get(&want.seat()).copied();
-        let there = instances.iter().map(|live| self.facts.lives[*live].manager);
+        let there = instances.iter().map(|live| &self.facts.lives[*live]);
+        let there = there
+            .filter(|live| !ends_silent(self.facts, self.blocked, &live.seat()))
+            .map(|live| live.manager);
         let silent = here.into_iter().chain(there).find(|m| !m.responsive)?;
-        let (name, pid) = (silent.key.display_name(), silent.pid);
-        Some(format!("manager {name} (pid {pid}) does not answer"))
+        Some(does_not_answer(silent))
     }
 
     /// Leaves whatever there is of a component alone, unless its process stops anyway.
@@ -216,7 +200,17 @@ impl<'a> Decider<'_, 'a> {
         let process = process.filter(|_| !restarts);
         let type_name = &want.placed.spec.type_name;
         let loaded = process.is_some_and(|m| m.modules.contains(type_name));
-        let mut targets = vec![target::component(&want.placed.spec.instance)];
+        let own = target::component(&want.placed.spec.instance);
+        let old = self.facts.instances(want.id()).iter();
+        // An instance that does not let itself be taken down blocks the next one, wherever it is.
+        let old: BTreeSet<&str> = old.map(|live| self.facts.lives[*live].node).collect();
+        let old = old
+            .into_iter()
+            .find_map(|node| self.blocked.get(&target::on(node, &own)));
+        if let Some(why) = old {
+            return Some(why.clone());
+        }
+        let mut targets = vec![own];
         if process.is_none() {
             targets.push(target::manager(&want.key));
         }
@@ -225,7 +219,7 @@ impl<'a> Decider<'_, 'a> {
             targets.push(target::module(type_name, &want.key));
         }
         let blocked = targets.into_iter().enumerate().find_map(|(nr, target)| {
-            let why = self.blocked.get(&target)?;
+            let why = self.blocked.get(&target::on(want.node, &target))?;
             let own = nr == 0;
             Some(if own {
                 why.clone()
@@ -250,7 +244,9 @@ impl<'a> Decider<'_, 'a> {
         others.iter().find_map(|live| {
             let live = &self.facts.lives[*live];
             let manager = live.manager.key.display_name();
-            if !live.manager.responsive {
+            let ends = live.manager.responsive
+                || ends_silent(self.facts, self.blocked, &live.seat());
+            if !ends {
                 return Some(format!(
                     "manager {manager} has a component of this name and does not answer"
                 ));
@@ -319,7 +315,8 @@ impl<'a> Decider<'_, 'a> {
         let facts = self.facts;
         for (seat, manager) in &facts.processes {
             let ours = manager.key.system.is_some() && facts.nodes.contains(seat.0);
-            if !ours || !manager.responsive {
+            let seen = manager.responsive || ends_silent(facts, self.blocked, seat);
+            if !ours || !seen {
                 continue;
             }
             let held = || {
@@ -337,8 +334,27 @@ impl<'a> Decider<'_, 'a> {
                 None if facts.wanted_seats.contains_key(seat) || held() => continue,
                 None => Stop::Unwanted,
             };
+            let blocked = target::on(seat.0, &target::manager(&seat.1));
+            if let Some(why) = self.blocked.get(&blocked) {
+                self.out.stuck.insert(seat.clone(), why.clone());
+                continue;
+            }
             self.out.stops.insert(seat.clone(), stop.clone());
             self.end_contents(seat, &stop);
+        }
+    }
+
+    /// A silent process that does not end after all keeps what it holds, and nothing takes its place.
+    fn keep_silent(&mut self) {
+        for (ix, live) in self.facts.lives.iter().enumerate() {
+            if live.manager.responsive || self.out.stops.contains_key(&live.seat()) {
+                continue;
+            }
+            self.out.fates[ix] = Fate::Keep;
+            let id = live.id().filter(|id| self.out.makes.contains_key(id));
+            if let Some(id) = id {
+                self.hold(id, does_not_answer(live.manager));
+            }
         }
     }
 
@@ -371,22 +387,4 @@ impl<'a> Decider<'_, 'a> {
             }
         }
     }
-}
-
-fn moved(live: &Live<'_>, want: &Want<'_>) -> String {
-    if live.node == want.node {
-        let (from, to) = (&live.manager.key.name, &want.key.name);
-        format!("moved from manager {from} to {to}")
-    } else {
-        format!("moved from node {} to {}", live.node, want.node)
-    }
-}
-
-/// Components that someone must be told about because they end with a process, though nobody asked for it.
-pub(crate) fn made_by_hand<'a>(facts: &Facts<'a>, seat: &Seat<'a>) -> BTreeSet<&'a str> {
-    let lives = facts.in_seat(seat).iter().map(|live| facts.lives[*live]);
-    lives
-        .filter(|live| live.component.system.is_none())
-        .map(|live| live.component.instance.as_str())
-        .collect()
 }

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use crate::alone::made_by_hand;
 use crate::bring_up::Up;
-use crate::decide::{Decisions, Fate, Stop, made_by_hand};
+use crate::decide::{Decisions, Fate, Stop};
 use crate::in_place::in_place;
 use crate::index::{Facts, Id, Live, Seat};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
 use crate::plan::{Action, Change, FieldChange, Restart};
+use crate::take_down::Down;
 use crate::target;
 
 /// All changes, sorted by target.
@@ -16,6 +18,7 @@ pub(crate) fn changes<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
     links: &Links<'a>,
+    down: &Down<'a>,
     up: &Up<'a>,
 ) -> Vec<Change> {
     let mut changes = Vec::new();
@@ -25,12 +28,16 @@ pub(crate) fn changes<'a>(
     for id in decisions.present.keys() {
         changes.extend(changed(facts, decisions, up, *id));
     }
+    for (id, reason) in &up.waits {
+        changes.extend(waits(facts, decisions, up, *id, reason));
+    }
     for (ix, live) in facts.lives.iter().enumerate() {
         if decisions.fates[ix] == Fate::Gone {
-            changes.extend(removed(facts, decisions, live));
+            let stuck = down.stuck.get(&ix);
+            changes.extend(removed(facts, decisions, live).map(|c| blocked(c, stuck)));
         }
     }
-    connectors(links, &mut changes);
+    connectors(links, down, &mut changes);
     managers(decisions, up, &mut changes);
     changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
     changes
@@ -148,11 +155,78 @@ fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) ->
     })
 }
 
+/// A change that cannot be made now.
+fn blocked(mut change: Change, why: Option<&String>) -> Change {
+    if let Some(why) = why {
+        change.reason = format!("{}; blocked: {why}", change.reason);
+    }
+    change
+}
+
+/// The change of a desired component that has no steps now. None where its node or process cannot be seen.
+fn waits<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    up: &Up<'a>,
+    id: Id<'a>,
+    why: &String,
+) -> Option<Change> {
+    let want = &facts.wants[&id];
+    let live = decisions.present.get(&id).map(|live| &facts.lives[*live]);
+    let here = facts.processes.get(&want.seat()).copied();
+    let there = live.map(|live| live.manager);
+    let silent = here.into_iter().chain(there).any(|m| !m.responsive);
+    let shown = up.in_place.contains_key(&id) || up.resets.contains_key(&id);
+    if silent || shown || decisions.makes.contains_key(&id) || facts.unknown.contains_key(want.node)
+    {
+        return None;
+    }
+    let mut fields = Vec::new();
+    let (action, reason) = match live {
+        None => (Action::Add, "is not there yet".to_owned()),
+        Some(live) => {
+            let state = live.component.state;
+            let change = in_place(&want.placed.spec, live.component);
+            fields.extend(change.map_or(Vec::new(), |change| change.fields));
+            if state != LifeCycleState::Active {
+                fields.push(FieldChange {
+                    field: "state".to_owned(),
+                    old: Some(format!("{state:?}")),
+                    new: Some("Active".to_owned()),
+                });
+            }
+            let reason = match state {
+                LifeCycleState::Active => "is not as written".to_owned(),
+                _ => format!("is {state:?}"),
+            };
+            (Action::Change, reason)
+        }
+    };
+    let change = Change {
+        action,
+        target: target::component(id.instance),
+        system: Some(want.system.name.clone()),
+        reason,
+        fields,
+    };
+    Some(blocked(change, Some(why)))
+}
+
 fn is(one: &Live<'_>, other: &Live<'_>) -> bool {
     std::ptr::eq(one.component, other.component)
 }
 
-fn connectors(links: &Links<'_>, changes: &mut Vec<Change>) {
+fn connectors(links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
+    for ((_, name), wait) in links.waits.iter().filter(|(_, wait)| wait.missing) {
+        let change = Change {
+            action: Action::Add,
+            target: target::connector(name),
+            system: Some(wait.system.name.clone()),
+            reason: "is not connected".to_owned(),
+            fields: Vec::new(),
+        };
+        changes.push(blocked(change, Some(&wait.reason)));
+    }
     for join in links.joins.values() {
         changes.push(Change {
             action: if join.again {
@@ -168,13 +242,14 @@ fn connectors(links: &Links<'_>, changes: &mut Vec<Change>) {
     }
     for (key, cut) in &links.cuts {
         if !links.joins.contains_key(key) {
-            changes.push(Change {
+            let change = Change {
                 action: Action::Remove,
                 target: target::connector(&cut.connector.name),
                 system: cut.system.map(|system| system.name.clone()),
                 reason: cut.reason.clone(),
                 fields: Vec::new(),
-            });
+            };
+            changes.push(blocked(change, down.stuck_cuts.get(key)));
         }
     }
 }
@@ -193,6 +268,10 @@ fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut Vec<Change
         if !decisions.stops.contains_key(seat) {
             push(seat, Action::Add, "is not running");
         }
+    }
+    for (seat, why) in &decisions.stuck {
+        let reason = format!("nothing is wanted in it any more; blocked: {why}");
+        push(seat, Action::Remove, &reason);
     }
     for (seat, stop) in &decisions.stops {
         match stop {

@@ -1,9 +1,14 @@
 //! What differs in a component that can stay: configuration values, active set, rate.
 
+use std::collections::BTreeMap;
+
 use rts_schemas::system::{ComponentSpec, Configuration};
 
 use crate::observed::ComponentObserved;
 use crate::plan::FieldChange;
+
+/// Why a value that nobody wrote changes.
+pub(crate) const GONE: &str = " (no longer in the profile, back to its default)";
 
 /// What changes in a component that stays.
 #[derive(Debug)]
@@ -14,7 +19,8 @@ pub(crate) struct InPlace {
     pub reason: String,
 }
 
-/// Compares configuration, active set and rate; only what the spec names. None when nothing differs.
+/// Compares configuration and active set with the spec and, where it is silent, with the defaults; the rate only with
+/// the spec. Values are compared as text, as they are kept. None when nothing differs.
 pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option<InPlace> {
     let mut change = InPlace {
         fields: Vec::new(),
@@ -23,10 +29,10 @@ pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option
         reason: String::new(),
     };
     let mut reasons = Vec::new();
-    let mut field = |path: String, name: &str, old: Option<String>, new: String| {
+    let mut field = |path: String, name: &str, old: Option<String>, new: String, why: &str| {
         reasons.push(match &old {
-            Some(old) => format!("{name} changed from {old} to {new}"),
-            None => format!("{name} is now {new}"),
+            Some(old) => format!("{name}{why} changed from {old} to {new}"),
+            None => format!("{name}{why} is now {new}"),
         });
         change.fields.push(FieldChange {
             field: path,
@@ -34,33 +40,41 @@ pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option
             new: Some(new),
         });
     };
-    if let Some(active) = &spec.configuration.active {
-        let old = live.configuration.active.as_deref().unwrap_or("default");
-        if old != active {
-            let path = "configuration.active".to_owned();
-            field(path, "the active set", Some(old.to_owned()), active.clone());
-            change.configuration.active = Some(active.clone());
-        }
+    let old = live.configuration.active.as_deref().unwrap_or("default");
+    let active = spec.configuration.active.as_deref().unwrap_or("default");
+    if old != active {
+        let path = "configuration.active".to_owned();
+        field(
+            path,
+            "the active set",
+            Some(old.to_owned()),
+            active.to_owned(),
+            "",
+        );
+        change.configuration.active = Some(active.to_owned());
     }
-    for (set, values) in &spec.configuration.sets {
+    for (set, values) in values(spec, live) {
         for (name, new) in values {
             let old = live.configuration.sets.get(set).and_then(|s| s.get(name));
-            if old.is_some_and(|old| same_value(old, new)) {
+            if old == Some(new) {
                 continue;
             }
             let path = format!("configuration.{set}.{name}");
-            field(path, name, old.cloned(), new.clone());
+            let written = spec.configuration.sets.get(set);
+            let written = written.is_some_and(|values| values.contains_key(name));
+            let why = if written { "" } else { GONE };
+            field(path, name, old.cloned(), new.clone(), why);
             let sets = &mut change.configuration.sets;
-            sets.entry(set.clone())
+            sets.entry(set.to_owned())
                 .or_default()
-                .insert(name.clone(), new.clone());
+                .insert(name.to_owned(), new.clone());
         }
     }
     if let Some(rate) = spec.execution_context.rate
         && !same_rate(rate, live.rate)
     {
         let old = Some(live.rate.to_string());
-        field("rate".to_owned(), "rate", old, rate.to_string());
+        field("rate".to_owned(), "rate", old, rate.to_string(), "");
         change.rate = Some(rate);
     }
     if reasons.is_empty() {
@@ -70,18 +84,25 @@ pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option
     Some(change)
 }
 
-/// Equal as text, or equal as numbers.
-fn same_value(one: &str, other: &str) -> bool {
-    if one == other {
-        return true;
+/// Every value that a component is to have, by set and name: what the spec names; for the rest of what it has, the
+/// module's default, where the module has one.
+fn values<'a>(
+    spec: &'a ComponentSpec,
+    live: &'a ComponentObserved,
+) -> BTreeMap<&'a str, BTreeMap<&'a str, &'a String>> {
+    let mut all: BTreeMap<&str, BTreeMap<&str, &String>> = BTreeMap::new();
+    for (set, has) in &live.configuration.sets {
+        let known = has
+            .keys()
+            .filter_map(|name| live.defaults.get_key_value(name));
+        let known = known.map(|(name, value)| (name.as_str(), value));
+        all.entry(set).or_default().extend(known);
     }
-    match (one.trim().parse::<i128>(), other.trim().parse::<i128>()) {
-        (Ok(one), Ok(other)) => one == other,
-        _ => match (one.trim().parse::<f64>(), other.trim().parse::<f64>()) {
-            (Ok(one), Ok(other)) => one == other,
-            _ => false,
-        },
+    for (set, written) in &spec.configuration.sets {
+        let written = written.iter().map(|(name, value)| (name.as_str(), value));
+        all.entry(set).or_default().extend(written);
     }
+    all
 }
 
 /// A period is kept in whole nanoseconds, so that a rate may come back a little off.
@@ -91,24 +112,7 @@ fn same_rate(one: f64, other: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{same_rate, same_value};
-
-    #[test]
-    fn numbers_are_compared_as_numbers() {
-        for (one, other) in [
-            ("1.0", "1"),
-            ("1e3", " 1000 "),
-            ("-0", "0.0"),
-            ("a", "a"),
-            ("nan", "nan"),
-        ] {
-            assert!(same_value(one, other), "{one} {other}");
-        }
-        let big = ("9007199254740993", "9007199254740992");
-        for (one, other) in [("1.0", "1.1"), ("a", "b"), ("", "0"), ("1,2", "1,3"), big] {
-            assert!(!same_value(one, other), "{one} {other}");
-        }
-    }
+    use super::same_rate;
 
     #[test]
     fn rates_may_be_rounded_to_a_period() {

@@ -15,6 +15,7 @@ pub mod planner;
 pub mod render;
 pub mod target;
 
+mod alone;
 mod bring_up;
 mod decide;
 mod diff;

@@ -37,15 +37,26 @@ pub(crate) struct Join<'a> {
     pub reason: String,
 }
 
+/// A connector that cannot be made now.
+#[derive(Debug)]
+pub(crate) struct Wait<'a> {
+    pub system: &'a SystemRef,
+    pub reason: String,
+    /// It is being made already.
+    pub transient: bool,
+    /// It is certain that it is not there; false where an end cannot be seen.
+    pub missing: bool,
+}
+
 /// All decisions about connectors, by system uid and name.
 #[derive(Debug, Default)]
 pub(crate) struct Links<'a> {
     pub cuts: BTreeMap<(&'a str, &'a str), Cut<'a>>,
     pub joins: BTreeMap<(&'a str, &'a str), Join<'a>>,
-    /// Name → why it cannot be made now.
-    pub waits: BTreeMap<&'a str, String>,
-    /// Systems with service connectors, which have no steps yet.
-    pub services: BTreeMap<&'a str, Vec<&'a str>>,
+    /// What cannot be made now.
+    pub waits: BTreeMap<(&'a str, &'a str), Wait<'a>>,
+    /// Service connectors, which have no steps yet: system name and connector name.
+    pub services: Vec<(&'a str, &'a str)>,
 }
 
 /// One end of a desired connector once the plan is carried out.
@@ -77,8 +88,8 @@ pub(crate) fn decide<'a>(
     cut_left_overs(facts, decisions, &mut links);
     for (key, (system, connector)) in &facts.links {
         if connector.spec.kind == PortKind::Service {
-            let names = links.services.entry(&system.name).or_default();
-            names.push(&connector.spec.name);
+            let name = (system.name.as_str(), connector.spec.name.as_str());
+            links.services.push(name);
             continue;
         }
         let linker = Linker {
@@ -150,23 +161,22 @@ impl<'a> Linker<'_, 'a> {
         };
         let (reason, fields) = match (&source, &target, observed) {
             (End::Elsewhere, _, _) => return,
-            (End::Absent(why), _, _) => return self.wait(links, why.clone()),
+            (End::Absent(why), _, _) => {
+                let missing = !self.unseen(0);
+                return self.wait(links, why.clone(), missing);
+            }
             (_, End::Absent(why), observed) => {
-                let unseen = self
-                    .facts
-                    .unknown
-                    .contains_key(self.connector.target.node.as_str())
-                    || self.silent(self.id(1));
+                let unseen = self.unseen(1);
                 let flows = observed.is_some_and(|(_, c)| c.state == ConnectorState::Connected);
                 if unseen && flows {
                     return;
                 }
-                return self.wait(links, why.clone());
+                return self.wait(links, why.clone(), !unseen);
             }
             (_, End::Stays(_) | End::Elsewhere, Some((_, connector))) => {
                 match self.compare(connector, &target) {
                     Match::Same => return,
-                    Match::Pending => return self.wait(links, "is being connected".to_owned()),
+                    Match::Pending => return self.pending(links),
                     Match::Differs(reason, fields) => (reason, fields),
                 }
             }
@@ -174,11 +184,12 @@ impl<'a> Linker<'_, 'a> {
             (End::Made, _, _) if self.had_before() => (self.made_again(0), Vec::new()),
             _ => ("is not there yet".to_owned(), Vec::new()),
         };
+        let name = target::connector(&self.connector.spec.name);
         if let Some(why) = self
             .blocked
-            .get(&target::connector(&self.connector.spec.name))
+            .get(&target::on(&self.connector.source.node, &name))
         {
-            return self.wait(links, why.clone());
+            return self.wait(links, why.clone(), true);
         }
         if let Some((source, connector)) = observed {
             links.cuts.entry(self.key).or_insert_with(|| Cut {
@@ -254,8 +265,30 @@ impl<'a> Linker<'_, 'a> {
         old.is_some_and(|live| self.observed(live).is_some())
     }
 
-    fn wait(&self, links: &mut Links<'a>, why: String) {
-        links.waits.insert(&self.connector.spec.name, why);
+    /// True when nobody can say what is at an end.
+    fn unseen(&self, end: usize) -> bool {
+        let places = [&self.connector.source, &self.connector.target];
+        self.facts.unknown.contains_key(places[end].node.as_str()) || self.silent(self.id(end))
+    }
+
+    fn wait(&self, links: &mut Links<'a>, reason: String, missing: bool) {
+        let wait = Wait {
+            system: self.system,
+            reason,
+            transient: false,
+            missing,
+        };
+        links.waits.insert(self.key, wait);
+    }
+
+    fn pending(&self, links: &mut Links<'a>) {
+        let wait = Wait {
+            system: self.system,
+            reason: "is being connected".to_owned(),
+            transient: true,
+            missing: false,
+        };
+        links.waits.insert(self.key, wait);
     }
 
     fn compare(&self, observed: &ConnectorObserved, target: &End) -> Match {

@@ -101,6 +101,13 @@ pub struct ComponentObserved {
     pub created: String,
     /// Configuration sets as they are now, with the module's defaults filled in.
     pub configuration: Configuration,
+    /// Parameters with the module's defaults.
+    #[serde(default)]
+    pub defaults: BTreeMap<String, String>,
+    /// The callback that does not return (`has been in on_execute for 11 s`); none while all is well. Its seconds
+    /// raise no revision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hangs: Option<String>,
     /// Kind of its execution context.
     pub execution_kind: ExecutionKind,
     /// Rate of its execution context in Hz.

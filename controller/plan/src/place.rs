@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rts_schemas::names;
 use rts_schemas::system::{ComponentSpec, ConnectorSpec, ExecutionKind, PortRef, SystemSpec};
 use sha2::{Digest, Sha256};
 
@@ -263,28 +264,22 @@ fn choose_managers<'a>(
         let node = &nodes[component.instance.as_str()];
         let mut name = sanitise(&component.instance);
         while !taken.insert((node.clone(), name.clone())) {
-            name.push_str("-own");
+            name = sanitise(&format!("{name}-own"));
         }
         managers.insert(component.instance.as_str(), name);
     }
     managers
 }
 
-/// A manager name is part of file names and addresses: letters, digits, `-` and `_`, at most 63. A name that had to
-/// be changed gets a few digits of its hash, so that two never fall together.
+/// A manager name is part of file names and addresses; [`names::is_manager_name`] is its rule. A name that had to be
+/// changed (an isolated component's may hold blanks) gets a few digits of its hash, so that two never fall together.
 fn sanitise(name: &str) -> String {
-    let mut clean: String = name
-        .chars()
-        .map(|c| match c {
-            'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' => c,
-            _ => '-',
-        })
-        .collect();
-    if clean == name && !clean.is_empty() && clean.len() <= 63 {
-        return clean;
+    if names::is_manager_name(name) {
+        return name.to_owned();
     }
-    clean.truncate(50);
-    format!("{clean}-{}", &hex(Sha256::digest(name))[..8])
+    let mut near = names::manager_name(name).unwrap_or_else(|| "manager".to_owned());
+    near.truncate(50);
+    format!("{near}-{}", &hex(Sha256::digest(name))[..8])
 }
 
 fn place_component(

@@ -25,9 +25,14 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// True when there is nothing to do.
+    /// True when nothing differs, as far as can be seen.
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty() && self.steps.is_empty()
+    }
+
+    /// True when nothing differs and nothing is waited for.
+    pub fn in_step(&self) -> bool {
+        self.is_empty() && self.waiting_on.is_empty()
     }
 }
 
@@ -104,6 +109,9 @@ pub struct WaitingOn {
     pub target: String,
     /// For what.
     pub reason: String,
+    /// It is expected to pass by itself within moments (a question under way): nobody should act on it yet.
+    #[serde(default)]
+    pub transient: bool,
 }
 
 /// Number of a step in its plan, from 1.
@@ -285,5 +293,5 @@ pub enum PlanError {
     },
 }
 
-/// Blocked targets: what failed before and must not be tried again yet. Target → reason.
+/// Blocked targets: what failed before and must not be tried again yet. [`target::on`](crate::target::on) → reason.
 pub type Blocked = BTreeMap<String, String>;

@@ -9,11 +9,15 @@
 //!   Deactivate, ShutDown and Finalizing order Delete. SYNC and sequence numbers are needs, ASYNC is a start order.
 //! - Where the profile is silent, data flow gives preferences. They are start orders (`afterStartOf`), so that they
 //!   hold nothing up that has failed, and give way inside a cycle.
-//! - A blocked target is not brought up. It is still taken down when it is not wanted any more; if its process stops
-//!   too, that alone ends it.
+//! - A blocked target is neither brought up nor taken down until it may be tried again. When its process stops, that
+//!   ends it in any case. What is left out for it is still a change, with the reason.
+//! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components.
 
 use std::collections::BTreeMap;
 
+use rts_schemas::system::OnDisconnect;
+
+use crate::alone::made_by_hand;
 use crate::bring_up::{self, Up};
 use crate::decide::{self, Decisions};
 use crate::desired::Desired;
@@ -23,12 +27,13 @@ use crate::index::Facts;
 use crate::links::{self, Links};
 use crate::observed::Observed;
 use crate::plan::{Blocked, Plan, WaitingOn};
-use crate::take_down;
+use crate::take_down::{self, Down};
 use crate::target;
 
-/// What to do so that `observed` becomes `desired`. The plan is empty when nothing can be done.
+/// What to do so that `observed` becomes `desired`. Its changes are empty when nothing differs, its steps also when
+/// nothing can be done now.
 ///
-/// `blocked` names targets ([`crate::target`]) that failed and must not be tried again yet.
+/// `blocked` names targets ([`target::on`]) that failed and must not be tried again yet.
 pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
     let facts = Facts::new(desired, observed);
     let decisions = decide::decide(&facts, blocked);
@@ -38,9 +43,9 @@ pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
     let up = bring_up::add(&facts, &decisions, &links, &down, blocked, &mut steps);
     let numbered = steps.number();
     Plan {
-        changes: diff::changes(&facts, &decisions, &links, &up),
+        changes: diff::changes(&facts, &decisions, &links, &down, &up),
         restarts: diff::restarts(&facts, &decisions),
-        waiting_on: waiting_on(&facts, &links, &up, &numbered),
+        waiting_on: waiting_on(&facts, &decisions, &links, &down, &up, &numbered),
         notes: notes(&facts, &decisions, &links, &numbered),
         steps: numbered.steps,
     }
@@ -48,34 +53,57 @@ pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
 
 fn waiting_on(
     facts: &Facts<'_>,
+    decisions: &Decisions<'_>,
     links: &Links<'_>,
+    down: &Down<'_>,
     up: &Up<'_>,
     numbered: &Numbered,
 ) -> Vec<WaitingOn> {
-    let mut waiting: BTreeMap<String, String> = BTreeMap::new();
+    let mut waiting: BTreeMap<String, (String, bool)> = BTreeMap::new();
+    let mut wait = |target: String, reason: String| waiting.insert(target, (reason, false));
     for (node, reason) in &facts.unknown {
-        waiting.insert(target::node(node), format!("is unknown: {reason}"));
+        wait(target::node(node), format!("is unknown: {reason}"));
     }
-    for ((node, key), manager) in &facts.processes {
-        if !manager.responsive && key.system.is_some() && facts.nodes.contains(node) {
-            let reason = format!("pid {} on {node} does not answer", manager.pid);
-            waiting.insert(target::manager(key), reason);
+    for (ix, reason) in &down.stuck {
+        let instance = &facts.lives[*ix].component.instance;
+        wait(target::component(instance), reason.clone());
+    }
+    for ((_, name), reason) in &down.stuck_cuts {
+        wait(target::connector(name), reason.clone());
+    }
+    for ((_, key), reason) in &decisions.stuck {
+        wait(target::manager(key), reason.clone());
+    }
+    for (seat, manager) in &facts.processes {
+        let (node, key) = seat;
+        let ends = decisions.stops.contains_key(seat);
+        if !manager.responsive && !ends && key.system.is_some() && facts.nodes.contains(node) {
+            let pid = manager.pid;
+            let reason = format!(
+                "pid {pid} on {node} does not answer: end it with `kill -9 {pid}`, and it starts again"
+            );
+            wait(target::manager(key), reason);
         }
     }
     for (id, reason) in &up.waits {
-        waiting.insert(target::component(id.instance), reason.clone());
+        wait(target::component(id.instance), reason.clone());
     }
-    for (name, reason) in &links.waits {
-        waiting.insert(target::connector(name), reason.clone());
+    for ((_, name), wait) in &links.waits {
+        let entry = (wait.reason.clone(), wait.transient);
+        waiting.insert(target::connector(name), entry);
     }
     for target in &numbered.stuck {
         waiting
             .entry(target.clone())
-            .or_insert_with(|| "its orders form a cycle".to_owned());
+            .or_insert_with(|| ("its orders form a cycle".to_owned(), false));
     }
     waiting
         .into_iter()
-        .map(|(target, reason)| WaitingOn { target, reason })
+        .map(|(target, (reason, transient))| WaitingOn {
+            target,
+            reason,
+            transient,
+        })
         .collect()
 }
 
@@ -100,7 +128,7 @@ fn notes<'a>(
             ));
             continue;
         }
-        let by_hand = decide::made_by_hand(facts, seat);
+        let by_hand = made_by_hand(facts, seat);
         if by_hand.is_empty() {
             continue;
         }
@@ -113,11 +141,18 @@ fn notes<'a>(
             "made by hand in manager {name} on {node}: {names}; {fate}"
         ));
     }
-    for (system, connectors) in &links.services {
-        let names = connectors.join(", ");
+    for (system, name) in &links.services {
         notes.push(format!(
-            "service ports are connected by a later version; system {system} has {names}"
+            "service connector {name} of system {system}: is declared, service ports are connected by a later version"
         ));
+    }
+    for (id, want) in &facts.wants {
+        if want.placed.spec.policy.on_disconnect != OnDisconnect::Keep {
+            notes.push(format!(
+                "component {} of system {}: rtsctl.onDisconnect is not carried out by this version, it goes on when a peer is lost",
+                id.instance, want.system.name
+            ));
+        }
     }
     for targets in &numbered.dropped {
         let names = targets.join(", ");

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::in_place::GONE;
 use crate::plan::{Action, Change, FieldChange, Plan, Restart};
 
 /// Changes, restarts, what waits, remarks, and the summary line. Ends with a newline.
@@ -75,7 +76,9 @@ fn what(change: &Change) -> String {
     }
     let fields: Vec<String> = change.fields.iter().map(field).collect();
     let in_place = change.action == Action::Change && change.reason.ends_with("set in place");
-    let why = if in_place {
+    let why = if in_place && change.reason.contains(GONE) {
+        "set in place; what is no longer in the profile goes back to its default"
+    } else if in_place {
         "set in place"
     } else {
         &change.reason

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::Condition;
 
-use crate::decide::{Decisions, Fate, Stop, made_by_hand};
+use crate::alone::made_by_hand;
+use crate::decide::{Decisions, Fate, Stop};
 use crate::graph::{Ix, NewStep, Steps};
 use crate::index::{Facts, Live, Seat, SystemOrders};
 use crate::links::Links;
@@ -22,6 +23,10 @@ pub(crate) struct Down<'a> {
     pub stopped: BTreeMap<Seat<'a>, Ix>,
     /// System uid and connector → its Disconnect.
     pub cut: BTreeMap<(&'a str, &'a str), Ix>,
+    /// Live components that are to go, in a process that stays, and are blocked; and why.
+    pub stuck: BTreeMap<usize, String>,
+    /// Connectors that are to go and are blocked, and why.
+    pub stuck_cuts: BTreeMap<(&'a str, &'a str), String>,
 }
 
 /// Adds the steps.
@@ -80,11 +85,17 @@ impl<'a> Taker<'_, '_, 'a> {
             if self.decisions.fates[ix] == Fate::Keep || live.id().is_none() {
                 continue;
             }
+            if !live.manager.responsive {
+                // Nobody would answer: the end of its process ends it.
+                continue;
+            }
             let instance = &live.component.instance;
             let target = target::component(instance);
-            let stops = self.decisions.stops.contains_key(&live.seat());
-            if stops && self.blocked.contains_key(&target) {
-                // It does not let itself be deactivated or deleted: the end of its process ends it.
+            if let Some(why) = self.blocked.get(&target::on(live.node, &target)) {
+                // It does not let itself be deactivated or deleted: the end of its process, or a later try, ends it.
+                if !self.decisions.stops.contains_key(&live.seat()) {
+                    self.down.stuck.insert(ix, why.clone());
+                }
                 continue;
             }
             let new = |work| NewStep {
@@ -150,9 +161,15 @@ impl<'a> Taker<'_, '_, 'a> {
     fn connectors(&mut self, links: &Links<'a>) {
         for (key, cut) in &links.cuts {
             let live = &self.facts.lives[cut.source];
+            let name = target::connector(&cut.connector.name);
+            let blocked = self.blocked.get(&target::on(live.node, &name));
+            if let (Some(why), None) = (blocked, cut.dying_target) {
+                self.down.stuck_cuts.insert(*key, why.clone());
+                continue;
+            }
             let step = self.steps.add(NewStep {
                 node: live.node,
-                target: target::connector(&cut.connector.name),
+                target: name,
                 system: live.component.system.as_ref(),
                 work: Work::Disconnect {
                     manager: live.manager.key.clone(),
@@ -164,7 +181,9 @@ impl<'a> Taker<'_, '_, 'a> {
             if let Some(target) = cut.dying_target {
                 self.steps
                     .need(step, self.deactivates.get(&target).copied());
-                if let Some(&gone) = self.down.gone.get(&target) {
+                // The end of a silent process waits for nobody.
+                let silent = !self.facts.lives[target].manager.responsive;
+                if let Some(&gone) = self.down.gone.get(&target).filter(|_| !silent) {
                     self.steps.need(gone, [step]);
                 }
             }
@@ -184,12 +203,14 @@ impl<'a> Taker<'_, '_, 'a> {
         }
         for ((seat, type_name), lives) in dying {
             let loaded = self.facts.processes[&seat].modules.contains(type_name);
-            if !loaded || self.module_used(&seat, type_name) {
+            let name = target::module(type_name, &seat.1);
+            let blocked = self.blocked.contains_key(&target::on(seat.0, &name));
+            if !loaded || blocked || self.module_used(&seat, type_name) {
                 continue;
             }
             let step = self.steps.add(NewStep {
                 node: seat.0,
-                target: target::module(type_name, &seat.1),
+                target: name,
                 system: seat.1.system.as_ref(),
                 work: Work::UnloadModule {
                     manager: seat.1.clone(),
@@ -205,7 +226,7 @@ impl<'a> Taker<'_, '_, 'a> {
 
     fn module_used(&self, seat: &Seat<'a>, type_name: &str) -> bool {
         let stays = self.facts.in_seat(seat).iter().any(|live| {
-            self.decisions.fates[*live] == Fate::Keep
+            (self.decisions.fates[*live] == Fate::Keep || self.down.stuck.contains_key(live))
                 && self.facts.lives[*live].component.type_name == type_name
         });
         let wanted = self.facts.wanted_seats.get(seat).into_iter().flatten();

@@ -31,3 +31,8 @@ pub fn package(type_name: &str, node: &str) -> String {
 pub fn node(name: &str) -> String {
     format!("node/{name}")
 }
+
+/// `local|component/Sine0`: a target on one node, the key of [`Blocked`](crate::plan::Blocked).
+pub fn on(node: &str, target: &str) -> String {
+    format!("{node}|{target}")
+}

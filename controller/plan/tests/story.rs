@@ -190,9 +190,9 @@ fn failed_module_blocks_its_component_and_what_needs_it() {
     let why = "dlopen: undefined symbol: foo".to_owned();
     story
         .blocked
-        .insert("module/Printer@hello.Printer0".to_owned(), why);
+        .insert("local|module/Printer@hello.Printer0".to_owned(), why);
     insta::assert_snapshot!(story.turn());
-    assert!(story.plan().is_empty(), "{}", story.plan());
+    assert!(story.plan().steps.is_empty(), "{}", story.plan());
     story.blocked.clear();
     story.ends_well();
     assert!(story.plan().waiting_on.is_empty());
@@ -207,10 +207,11 @@ fn nothing_is_stopped_whose_replacement_is_blocked() {
     let why = "no module file for SquareSource".to_owned();
     story
         .blocked
-        .insert("package/SquareSource@local".to_owned(), why);
+        .insert("local|package/SquareSource@local".to_owned(), why);
     insta::assert_snapshot!(story.turn(), @r"
+    ~ component/Sine0  is not as written; blocked: package/SquareSource@local is blocked: no module file for SquareSource
     waiting: component/Sine0: package/SquareSource@local is blocked: no module file for SquareSource
-    Plan: 0 to add, 0 to change, 0 to remove
+    Plan: 0 to add, 1 to change, 0 to remove
     ");
 }
 
@@ -262,7 +263,7 @@ fn a_name_taken_by_hand_waits() {
     let mut story = Story::new();
     story.world.create_by_hand(0, "Sine0", true);
     insta::assert_snapshot!(story.turn());
-    assert!(story.plan().is_empty());
+    assert!(story.plan().steps.is_empty());
 }
 
 #[test]

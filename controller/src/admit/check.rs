@@ -1,17 +1,19 @@
-//! Checks of a spec that need nothing else.
+//! Checks of a spec that need nothing else: those of `rts_schemas`, and the limits of what is stored.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use rts_controller_api::ProblemError;
 use rts_plan::check_orders;
+use rts_schemas::diagnostic::Finding;
+use rts_schemas::suggest;
 use rts_schemas::system::{ComponentSpec, PortRef, SystemSpec};
 
 /// Most components of a system.
 const MAX_COMPONENTS: usize = 10_000;
 /// Most connectors of a system.
 const MAX_CONNECTORS: usize = 50_000;
-/// Longest name of an instance, type, port, connector, manager or set, in bytes.
-const MAX_NAME: usize = 255;
+/// Longest name of a connector, parameter or configuration set, in bytes: two instances, two ports, and what joins them.
+const MAX_NAME: usize = 4 * rts_schemas::names::NAME_LIMIT + 16;
 /// Longest value of a parameter or property, in bytes.
 const MAX_VALUE: usize = 1024 * 1024;
 /// Faults that are listed.
@@ -21,9 +23,25 @@ const MAX_FAULTS: usize = 100;
 pub fn spec(name: &str, spec: &SystemSpec) -> Vec<ProblemError> {
     let mut faults = Faults::default();
     system(&mut faults, name, spec);
+    if !faults.list.is_empty() {
+        // What is too large is not looked through.
+        return faults.list;
+    }
+    for (pointer, finding) in rts_schemas::check::spec_by_pointer(spec) {
+        faults.add(of_finding(&pointer, finding));
+    }
     components(&mut faults, spec);
     connectors(&mut faults, spec);
     faults.list
+}
+
+fn of_finding(pointer: &str, finding: Finding) -> ProblemError {
+    ProblemError {
+        pointer: format!("/spec{pointer}"),
+        code: finding.code,
+        detail: finding.message,
+        help: finding.help,
+    }
 }
 
 /// Every cycle among hard orders, with all its members.
@@ -48,44 +66,43 @@ pub fn pointer(spec: &SystemSpec, instance: &str) -> String {
     index.map_or_else(String::new, |i| format!("/spec/components/{i}"))
 }
 
-/// At most 63 of `a-z0-9-`, no hyphen at either end.
-pub fn is_dns_label(name: &str) -> bool {
-    let good = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
-    (1..=63).contains(&name.len())
-        && name.bytes().all(good)
-        && !name.starts_with('-')
-        && !name.ends_with('-')
+/// A key as a part of a JSON pointer (RFC 6901).
+pub fn escaped(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
 }
 
+/// Faults, at most [`MAX_FAULTS`].
 #[derive(Default)]
-struct Faults {
-    list: Vec<ProblemError>,
+pub struct Faults {
+    /// The list.
+    pub list: Vec<ProblemError>,
 }
 
 impl Faults {
-    fn push(&mut self, pointer: String, code: &str, detail: String) {
+    /// Adds one.
+    pub fn add(&mut self, fault: ProblemError) {
         if self.list.len() < MAX_FAULTS {
-            self.list.push(ProblemError {
-                pointer,
-                code: code.to_owned(),
-                detail,
-                help: None,
-            });
+            self.list.push(fault);
         }
     }
 
-    /// A name that must be there, be short, and have no control characters or slashes (it becomes a path).
-    fn name(&mut self, pointer: String, what: &str, name: &str) {
-        if name.is_empty() {
-            self.push(pointer, "empty-name", format!("{what} has no name"));
-        } else if name.len() > MAX_NAME {
-            let detail = format!("{what} is longer than {MAX_NAME} bytes");
-            self.push(pointer, "too-long", detail);
-        } else if name.chars().any(|c| c.is_control() || c == '/') || name.starts_with('.') {
-            let detail =
-                format!("{what} {name:?} has a slash or control character, or begins with a dot");
-            self.push(pointer, "bad-name", detail);
-        }
+    /// Adds one with advice.
+    pub fn advise(&mut self, pointer: String, code: &str, detail: String, help: String) {
+        self.add(ProblemError {
+            pointer,
+            code: code.to_owned(),
+            detail,
+            help: Some(help),
+        });
+    }
+
+    fn push(&mut self, pointer: String, code: &str, detail: String) {
+        self.add(ProblemError {
+            pointer,
+            code: code.to_owned(),
+            detail,
+            help: None,
+        });
     }
 }
 
@@ -95,11 +112,8 @@ fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
             "the spec is of system {:?}, the path of {name:?}",
             spec.name
         );
-        faults.push("/spec/name".to_owned(), "name-mismatch", detail);
-    }
-    if !is_dns_label(name) {
-        let detail = format!("system name {name:?} is not a DNS label: 1 to 63 of a-z, 0-9 and -");
-        faults.push("/spec/name".to_owned(), "bad-name", detail);
+        let help = "write the same name in both".to_owned();
+        faults.advise("/spec/name".to_owned(), "name-mismatch", detail, help);
     }
     let limits = [
         ("components", spec.components.len(), MAX_COMPONENTS),
@@ -114,36 +128,21 @@ fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
 }
 
 fn components(faults: &mut Faults, spec: &SystemSpec) {
-    let mut seen = BTreeSet::new();
     for (index, component) in spec.components.iter().enumerate() {
-        let at = format!("/spec/components/{index}");
-        let instance = &component.instance;
-        faults.name(format!("{at}/instance"), "an instance", instance);
-        faults.name(format!("{at}/type"), "a type", &component.type_name);
-        if !seen.insert(instance) {
-            let detail = format!("instance {instance} is there twice");
-            faults.push(format!("{at}/instance"), "duplicate-instance", detail);
-        }
-        if let Some(rate) = component.execution_context.rate
-            && !(rate.is_finite() && rate > 0.0)
-        {
-            let detail =
-                format!("the rate of {instance} is {rate} Hz; it must be finite and above 0");
-            faults.push(format!("{at}/executionContext/rate"), "bad-rate", detail);
-        }
+        let at = format!("/spec/components/{index}/configuration");
         for (set, values) in &component.configuration.sets {
-            for (key, value) in values {
-                if value.len() > MAX_VALUE || key.len() > MAX_NAME || set.len() > MAX_NAME {
-                    let detail = format!("a parameter of {instance} is too long");
-                    faults.push(format!("{at}/configuration"), "too-long", detail);
-                }
+            let fits = |(key, value): (&String, &String)| {
+                value.len() <= MAX_VALUE && key.len() <= MAX_NAME && set.len() <= MAX_NAME
+            };
+            if !values.iter().all(fits) {
+                let detail = format!("a parameter of {} is too long", component.instance);
+                faults.push(at.clone(), "too-long", detail);
             }
         }
     }
 }
 
 fn connectors(faults: &mut Faults, spec: &SystemSpec) {
-    let mut seen = BTreeSet::new();
     let by_name: BTreeMap<&str, &ComponentSpec> = spec
         .components
         .iter()
@@ -152,20 +151,10 @@ fn connectors(faults: &mut Faults, spec: &SystemSpec) {
     for (index, connector) in spec.connectors.iter().enumerate() {
         let at = format!("/spec/connectors/{index}");
         let name = &connector.name;
-        faults.name(format!("{at}/name"), "a connector", name);
-        if !seen.insert(name) {
-            let detail = format!("connector {name} is there twice");
-            faults.push(format!("{at}/name"), "duplicate-connector", detail);
-        }
+        connector_name(faults, format!("{at}/name"), name);
         for (end, port) in [("source", &connector.source), ("target", &connector.target)] {
             if let Some(component) = by_name.get(port.instance.as_str()) {
                 declared(faults, component, &format!("{at}/{end}"), name, port);
-            } else {
-                let detail = format!(
-                    "connector {name} ends at {port}, and there is no {}",
-                    port.instance
-                );
-                faults.push(format!("{at}/{end}"), "unknown-component", detail);
             }
         }
         if connector.properties.values().any(|v| v.len() > MAX_VALUE) {
@@ -175,17 +164,29 @@ fn connectors(faults: &mut Faults, spec: &SystemSpec) {
     }
 }
 
-/// A component that declares ports of a kind must declare this one.
-fn declared(faults: &mut Faults, component: &ComponentSpec, at: &str, name: &str, port: &PortRef) {
-    faults.name(format!("{at}/port"), "a port", &port.port);
-    let ports = &component.ports;
-    if !ports.is_empty() && !ports.iter().any(|p| p.name == port.port) {
-        let names: Vec<_> = ports.iter().map(|p| p.name.as_str()).collect();
+/// It becomes a part of a path and of log lines.
+fn connector_name(faults: &mut Faults, pointer: String, name: &str) {
+    if name.is_empty() || name.len() > MAX_NAME {
         let detail = format!(
-            "connector {name} ends at {port}, and {} has no such port (it has: {})",
-            port.instance,
-            names.join(", ")
+            "a connector's name has 1 to {MAX_NAME} bytes, not {}",
+            name.len()
         );
-        faults.push(format!("{at}/port"), "unknown-port", detail);
+        faults.push(pointer, "bad-name", detail);
+    } else if name.chars().any(|c| c.is_control() || c == '/') {
+        let detail = format!("the connector name {name:?} has a slash or control character");
+        faults.push(pointer, "bad-name", detail);
+    }
+}
+
+/// A component that declares ports must declare this one.
+fn declared(faults: &mut Faults, component: &ComponentSpec, at: &str, name: &str, port: &PortRef) {
+    let ports: Vec<&str> = component.ports.iter().map(|p| p.name.as_str()).collect();
+    if !ports.is_empty() && !ports.contains(&port.port.as_str()) {
+        let detail = format!(
+            "connector `{name}` ends at `{port}`, and `{}` declares no port `{}`",
+            port.instance, port.port
+        );
+        let help = suggest::advice(&port.port, "declared", &ports);
+        faults.advise(format!("{at}/port"), "unknown-port", detail, help);
     }
 }

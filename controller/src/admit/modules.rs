@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::future::join_all;
-use rts_agent_api::messages::ModuleResolution;
+use rts_agent_api::messages::{ModuleDescription, ModuleResolution};
 use rts_controller_api::{Problem, ProblemError};
 use rts_schemas::system::SystemSpec;
 
@@ -13,8 +13,8 @@ use super::check;
 use crate::core::Core;
 use crate::fleet::Agent;
 
-/// Time that an agent has to answer.
-const DEADLINE: Duration = Duration::from_secs(5);
+/// Time that an agent has to answer. It may have to ask a module that hangs, for 5 s; it remembers that.
+const DEADLINE: Duration = Duration::from_secs(9);
 /// Files that were looked for and are listed.
 const SEARCHED: usize = 12;
 
@@ -23,6 +23,8 @@ const SEARCHED: usize = 12;
 pub struct Found {
     /// Type name → SHA-256.
     pub digests: BTreeMap<String, String>,
+    /// Node → type name → what the module says of itself, when it can be opened.
+    pub described: BTreeMap<String, BTreeMap<String, ModuleDescription>>,
     /// A fault for each component whose module is not there.
     pub missing: Vec<ProblemError>,
     /// Remarks.
@@ -53,6 +55,10 @@ pub async fn resolve(
             let resolution = answer.iter().find(|r| r.type_name == *wanted);
             match resolution.and_then(|r| r.module.as_ref()) {
                 Some(module) => {
+                    if let Some(description) = &module.description {
+                        let of_node = found.described.entry(node.clone()).or_default();
+                        of_node.insert(wanted.clone(), description.clone());
+                    }
                     let digest = module.digest.clone();
                     let before = found.digests.insert(wanted.clone(), digest);
                     if before.is_some_and(|before| before != module.digest) {

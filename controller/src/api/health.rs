@@ -1,8 +1,8 @@
 //! `/livez`, `/readyz`, `/metrics`.
 
 use axum::extract::State;
-use axum::http::header;
-use axum::response::IntoResponse;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use rts_controller_api::Problem;
 use rts_controller_api::objects::{Component, Node, Phase, System};
 use rts_http::server::Principal;
@@ -12,53 +12,89 @@ use super::extract::Params;
 use super::{Answer, App};
 use crate::metrics::Gauge;
 
-/// Query of `/readyz`.
+/// Query of `/livez` and `/readyz`.
 #[derive(Debug, Deserialize)]
 pub struct Verbose {
     /// Present: list the checks.
     verbose: Option<String>,
 }
 
-/// The program runs.
-#[utoipa::path(get, path = "/livez", responses((status = 200, body = String)))]
-pub async fn livez(_: Principal) -> &'static str {
-    "ok"
+/// The program runs. `?verbose` lists the checks.
+#[utoipa::path(
+    get, path = "/livez", params(("verbose" = Option<String>, Query,)),
+    responses(
+        (status = 200, body = String, content_type = "text/plain"),
+        (status = 400, body = Problem, content_type = "application/problem+json")
+    )
+)]
+pub async fn livez(_: Principal, Params(query): Params<Verbose>) -> Answer<Response> {
+    checked("livez", &query, vec![("ping", Ok(()))])
 }
 
-/// The program serves. `?verbose` lists the checks.
+/// The program serves. `?verbose` lists the checks, also those that fail.
 #[utoipa::path(
     get, path = "/readyz", params(("verbose" = Option<String>, Query,)),
-    responses((status = 200, body = String), (status = 503, body = Problem))
+    responses(
+        (status = 200, body = String, content_type = "text/plain"),
+        (status = 400, body = Problem, content_type = "application/problem+json"),
+        (status = 503, content(
+            (Problem = "application/problem+json"),
+            (String = "text/plain")
+        ))
+    )
 )]
 pub async fn readyz(
     State(app): State<App>,
     _: Principal,
     Params(query): Params<Verbose>,
-) -> Answer<String> {
-    let store = match app.core.store.check().await {
-        Ok(()) => Ok(()),
-        Err(e) => Err(crate::chain(&e)),
-    };
+) -> Answer<Response> {
+    let store = app.core.store.check().await;
     let looked = match app.core.metrics.reconciles() {
         0 => Err("the first round is not over".to_owned()),
         _ => Ok(()),
     };
-    let checks = [("store", store), ("reconcile", looked)];
-    let mut page = String::new();
-    for (name, result) in checks {
-        if let Err(why) = result {
-            return Err(Problem::unavailable("not-ready", format!("check {name}: {why}")).into());
-        }
-        page.push_str(&format!("[+]{name} ok\n"));
+    let checks = vec![
+        ("ping", Ok(())),
+        ("store", store.map_err(|e| crate::chain(&e))),
+        ("reconcile", looked),
+    ];
+    checked("readyz", &query, checks)
+}
+
+/// The results as Kubernetes writes them.
+fn checked(
+    page: &str,
+    query: &Verbose,
+    checks: Vec<(&'static str, Result<(), String>)>,
+) -> Answer<Response> {
+    let failed = checks.iter().find_map(|(name, result)| {
+        let why = result.as_ref().err()?;
+        Some(format!("check {name}: {why}"))
+    });
+    let status = match failed {
+        None => StatusCode::OK,
+        Some(_) => StatusCode::SERVICE_UNAVAILABLE,
+    };
+    if query.verbose.is_none() {
+        return match failed {
+            None => Ok("ok".into_response()),
+            Some(why) => Err(Problem::unavailable("not-ready", why).into()),
+        };
     }
-    Ok(match query.verbose {
-        None => "ok".to_owned(),
-        Some(_) => page + "readyz check passed\n",
-    })
+    let mut text = String::new();
+    for (name, result) in checks {
+        text.push_str(&match result {
+            Ok(()) => format!("[+]{name} ok\n"),
+            Err(why) => format!("[-]{name} failed: {why}\n"),
+        });
+    }
+    let word = if failed.is_none() { "passed" } else { "failed" };
+    text.push_str(&format!("{page} check {word}\n"));
+    Ok((status, text).into_response())
 }
 
 /// Numbers in the Prometheus text format.
-#[utoipa::path(get, path = "/metrics", responses((status = 200, body = String)))]
+#[utoipa::path(get, path = "/metrics", responses((status = 200, body = String, content_type = "text/plain")))]
 pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse {
     let view = &app.core.view;
     let systems = view.list::<System>().items.into_iter();

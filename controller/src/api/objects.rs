@@ -5,6 +5,7 @@ use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use rts_controller_api::Problem;
 use rts_controller_api::objects::{Component, Connector, Event, Kind, List, Manager, Node, System};
+use rts_controller_api::watch::WatchEvent;
 use rts_http::server::{Json, Principal};
 use serde::Deserialize;
 
@@ -21,8 +22,7 @@ const DEFAULT_TAIL: usize = 200;
 #[serde(rename_all = "camelCase")]
 pub struct ListQuery {
     /// Watch rather than list.
-    #[serde(default)]
-    watch: bool,
+    watch: Option<String>,
     /// Version to watch from; none begins with all objects as they are.
     resource_version: Option<String>,
 }
@@ -39,8 +39,20 @@ macro_rules! collection {
         $(#[$doc])*
         #[utoipa::path(
             get, path = $path,
-            params(("watch" = Option<bool>, Query,), ("resourceVersion" = Option<String>, Query,)),
-            responses((status = 200, body = List<$kind>), (status = 410, body = Problem))
+            params(
+                ("watch" = Option<bool>, Query, description = "Watch: answers with server-sent events"),
+                ("resourceVersion" = Option<String>, Query,
+                    description = "Version to watch from; none begins with all objects and a bookmark"),
+                ("Last-Event-ID" = Option<String>, Header,
+                    description = "Last `id:` of a watch that is gone on with; goes before resourceVersion")
+            ),
+            responses(
+                (status = 200, description = "The list, or the stream of its changes", content(
+                    (List<$kind> = "application/json"), (WatchEvent<$kind> = "text/event-stream")
+                )),
+                (status = 410, description = "The version is too old, or from another store: list again", body = Problem),
+                (status = 503, description = "Too many watches are open", body = Problem)
+            )
         )]
         pub async fn $name(
             State(app): State<App>,
@@ -48,7 +60,7 @@ macro_rules! collection {
             headers: HeaderMap,
             Params(query): Params<ListQuery>,
         ) -> Answer<Response> {
-            if query.watch {
+            if wants_watch(&query)? {
                 return from(&query, &headers).and_then(|from| watch::watch(&app, Kind::$kind, from));
             }
             if $fresh {
@@ -96,7 +108,10 @@ collection!(
 /// One node.
 #[utoipa::path(
     get, path = "/v1/nodes/{name}", params(("name" = String, Path,)),
-    responses((status = 200, body = Node), (status = 404, body = Problem))
+    responses(
+        (status = 200, body = Node, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem)
+    )
 )]
 pub async fn node(
     State(app): State<App>,
@@ -110,7 +125,10 @@ pub async fn node(
 #[utoipa::path(
     get, path = "/v1/components/{node}/{instance}",
     params(("node" = String, Path,), ("instance" = String, Path,)),
-    responses((status = 200, body = Component), (status = 404, body = Problem))
+    responses(
+        (status = 200, body = Component, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem)
+    )
 )]
 pub async fn component(
     State(app): State<App>,
@@ -127,7 +145,7 @@ pub async fn component(
 #[utoipa::path(
     get, path = "/v1/components/{node}/{instance}/log",
     params(("node" = String, Path,), ("instance" = String, Path,), ("tail" = Option<usize>, Query,)),
-    responses((status = 200, body = String), (status = 404, body = Problem), (status = 503, body = Problem))
+    responses((status = 200, body = String, content_type = "text/plain"), (status = 404, body = Problem), (status = 503, body = Problem))
 )]
 pub async fn log(
     State(app): State<App>,
@@ -145,7 +163,10 @@ pub async fn log(
 #[utoipa::path(
     get, path = "/v1/connectors/{system}/{name}",
     params(("system" = String, Path,), ("name" = String, Path,)),
-    responses((status = 200, body = Connector), (status = 404, body = Problem))
+    responses(
+        (status = 200, body = Connector, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem)
+    )
 )]
 pub async fn connector(
     State(app): State<App>,
@@ -162,7 +183,10 @@ pub async fn connector(
 #[utoipa::path(
     get, path = "/v1/managers/{node}/{name}",
     params(("node" = String, Path,), ("name" = String, Path,)),
-    responses((status = 200, body = Manager), (status = 404, body = Problem))
+    responses(
+        (status = 200, body = Manager, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem)
+    )
 )]
 pub async fn manager(
     State(app): State<App>,
@@ -189,6 +213,18 @@ fn one<T: Resource>(app: &App, key: &str, what: impl FnOnce() -> String) -> Answ
     let object = app.core.view.get::<T>(key);
     let object = object.ok_or_else(|| Problem::not_found(format!("there is no {}", what())))?;
     Ok(with_etag(object))
+}
+
+/// `watch=true` and `watch=1`, as Kubernetes takes them.
+fn wants_watch(query: &ListQuery) -> Answer<bool> {
+    match query.watch.as_deref() {
+        None | Some("false" | "0") => Ok(false),
+        Some("true" | "1" | "") => Ok(true),
+        Some(other) => Err(Problem::bad_request(format!(
+            "watch={other} is not understood: write watch=true or watch=false"
+        ))
+        .into()),
+    }
 }
 
 /// The version to watch from: `Last-Event-ID` of a reader that comes back, else the query's.

@@ -1,7 +1,7 @@
 //! Systems: apply, plan, delete.
 
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use rts_controller_api::Problem;
 use rts_controller_api::objects::System;
@@ -13,12 +13,15 @@ use super::extract::Segments;
 use super::objects::with_etag;
 use super::{Answer, App};
 use crate::admit;
-use crate::apply::{apply, delete as begin_deletion, find};
+use crate::apply::{Precondition, apply_if, delete as begin_deletion, find};
 
 /// One system.
 #[utoipa::path(
     get, path = "/v1/systems/{name}", params(("name" = String, Path,)),
-    responses((status = 200, body = System), (status = 404, body = Problem))
+    responses(
+        (status = 200, body = System, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem)
+    )
 )]
 pub async fn get(
     State(app): State<App>,
@@ -30,12 +33,17 @@ pub async fn get(
 
 /// Applies a system. 202: stored as a new generation; 200: the very same is stored already.
 #[utoipa::path(
-    put, path = "/v1/systems/{name}", params(("name" = String, Path,)),
+    put, path = "/v1/systems/{name}",
+    params(
+        ("name" = String, Path,),
+        ("If-Match" = Option<String>, Header, description = "ETags of which the stored system must have one, or *"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: there must be no such system")
+    ),
     request_body = ApplyRequest,
     responses(
         (status = 200, body = ApplyResult), (status = 202, body = ApplyResult),
         (status = 409, body = Problem), (status = 412, body = Problem), (status = 422, body = Problem),
-        (status = 503, body = Problem)
+        (status = 503, body = Problem), (status = 507, description = "The disk of the store is full", body = Problem)
     )
 )]
 pub async fn put(
@@ -46,7 +54,11 @@ pub async fn put(
     Json(request): Json<ApplyRequest>,
 ) -> Answer<Response> {
     audit(&principal, "apply", &format!("system/{name}"));
-    let result = apply(&app.core, &name, request, if_match(&headers)).await?;
+    let precondition = Precondition {
+        if_match: if_match(&headers).map(str::to_owned),
+        absent: must_be_absent(&headers)?,
+    };
+    let result = apply_if(&app.core, &name, request, precondition).await?;
     let status = if result.changed {
         StatusCode::ACCEPTED
     } else {
@@ -59,7 +71,10 @@ pub async fn put(
 #[utoipa::path(
     post, path = "/v1/systems/{name}/plan", params(("name" = String, Path,)),
     request_body = ApplyRequest,
-    responses((status = 200, body = PlanResult), (status = 409, body = Problem), (status = 422, body = Problem))
+    responses(
+        (status = 200, body = PlanResult), (status = 409, body = Problem), (status = 422, body = Problem),
+        (status = 503, body = Problem)
+    )
 )]
 pub async fn plan(
     State(app): State<App>,
@@ -93,8 +108,16 @@ pub async fn stored_plan(
 
 /// Asks for a system's end. It is gone when it is answered with 404.
 #[utoipa::path(
-    delete, path = "/v1/systems/{name}", params(("name" = String, Path,)),
-    responses((status = 202, body = System), (status = 404, body = Problem), (status = 412, body = Problem))
+    delete, path = "/v1/systems/{name}",
+    params(
+        ("name" = String, Path,),
+        ("If-Match" = Option<String>, Header, description = "ETags of which the stored system must have one, or *")
+    ),
+    responses(
+        (status = 202, body = System, headers(("ETag" = String, description = "The resourceVersion"))),
+        (status = 404, body = Problem), (status = 412, body = Problem), (status = 503, body = Problem),
+        (status = 507, description = "The disk of the store is full", body = Problem)
+    )
 )]
 pub async fn delete(
     State(app): State<App>,
@@ -113,4 +136,16 @@ pub async fn delete(
 fn if_match(headers: &HeaderMap) -> Option<&str> {
     let value = headers.get(header::IF_MATCH)?;
     Some(value.to_str().unwrap_or_default())
+}
+
+/// `If-None-Match: *`: the request is meant to make a new system. Versions say nothing useful there.
+fn must_be_absent(headers: &HeaderMap) -> Answer<bool> {
+    match headers.get(header::IF_NONE_MATCH).map(HeaderValue::as_bytes) {
+        None => Ok(false),
+        Some(b"*") => Ok(true),
+        Some(_) => Err(Problem::bad_request(
+            "If-None-Match takes only * here (the system must not be there); to change one version use If-Match",
+        )
+        .into()),
+    }
 }

@@ -31,6 +31,9 @@ struct Reader {
     /// Everything up to this version was sent, or is pending.
     after: u64,
     pending: VecDeque<Arc<Change>>,
+    /// What is pending are the objects as they were when the watch began. They are not in the order of their versions,
+    /// so only the bookmark after the last of them says from where to go on.
+    snapshot: bool,
     latest: signal::Receiver<u64>,
     ending: signal::Receiver<bool>,
     bookmark: Interval,
@@ -52,6 +55,7 @@ pub fn watch(app: &App, kind: Kind, from: Option<u64>) -> Answer<Response> {
         kind,
         after,
         pending: pending.into(),
+        snapshot: from.is_none(),
         latest,
         ending: app.ending.clone(),
         bookmark: tokio::time::interval_at(Instant::now() + BOOKMARK, BOOKMARK),
@@ -70,8 +74,14 @@ impl Reader {
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(change) = self.pending.pop_front() {
+                if self.snapshot {
+                    return Some(Event::default().data(&change.json));
+                }
                 let id = change.revision.to_string();
                 return Some(Event::default().id(id).data(&change.json));
+            }
+            if std::mem::take(&mut self.snapshot) {
+                return self.mark();
             }
             let (changes, after) = self.core.view.changes(self.kind, self.after).ok()?;
             self.after = after;

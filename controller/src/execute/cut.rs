@@ -8,10 +8,11 @@ use rts_plan::plan::{Plan, StepId};
 /// Steps that an agent carries out at once.
 const PARALLELISM: u32 = 16;
 
-/// Batches by node. A node whose NodeSpec generation is not given gets none.
+/// Batches by node, in the name of a store (its cluster uid and epoch). A node whose NodeSpec generation is not given gets none.
 pub fn cut(
     plan: &Plan,
     plan_id: &str,
+    store: (&str, u64),
     generations: &BTreeMap<String, u64>,
     deadline_ms: u64,
 ) -> BTreeMap<String, Batch> {
@@ -24,6 +25,8 @@ pub fn cut(
         };
         let batch = batches.entry(step.node.clone()).or_insert_with(|| Batch {
             plan_id: plan_id.to_owned(),
+            cluster_uid: store.0.to_owned(),
+            epoch: store.1,
             generation: *generation,
             steps: Vec::new(),
             gates: Vec::new(),

@@ -13,7 +13,7 @@ use rts_plan::plan::{Plan, Step, StepId};
 use super::cut::cut;
 use crate::fleet::Agent;
 
-/// Time that a batch has.
+/// Time that a batch has beside what its steps wait on purpose.
 pub const BATCH_DEADLINE: Duration = Duration::from_secs(60);
 /// Time after its deadline in which the agent must have said so.
 const GRACE: Duration = Duration::from_secs(5);
@@ -69,6 +69,7 @@ impl<'a> Executor<'a> {
     pub fn start(
         plan: &'a Plan,
         plan_id: &'a str,
+        store: (&str, u64),
         peers: BTreeMap<String, Peer>,
         absent: &BTreeMap<String, String>,
     ) -> Self {
@@ -76,8 +77,9 @@ impl<'a> Executor<'a> {
             .iter()
             .map(|(n, p)| (n.clone(), p.generation))
             .collect();
-        let deadline = u64::try_from(BATCH_DEADLINE.as_millis()).unwrap_or(u64::MAX);
-        let mut batches = cut(plan, plan_id, &generations, deadline);
+        let deadline = BATCH_DEADLINE + longest_wait(plan);
+        let deadline = u64::try_from(deadline.as_millis()).unwrap_or(u64::MAX);
+        let mut batches = cut(plan, plan_id, store, &generations, deadline);
         let mut run = Self {
             plan,
             plan_id,
@@ -223,6 +225,18 @@ impl<'a> Executor<'a> {
     }
 }
 
+/// The longest chain of `wait_ms` through a plan's needs.
+fn longest_wait(plan: &Plan) -> Duration {
+    let mut ends: BTreeMap<StepId, u64> = BTreeMap::new();
+    for step in &plan.steps {
+        let before = step.needs.iter().chain(&step.after_start_of);
+        let begin = before.filter_map(|id| ends.get(id)).max().copied();
+        let end = begin.unwrap_or(0).saturating_add(step.wait_ms.into());
+        ends.insert(step.id, end);
+    }
+    Duration::from_millis(ends.into_values().max().unwrap_or(0))
+}
+
 /// A step of a plan by its id.
 pub fn step(plan: &Plan, id: StepId) -> Option<&Step> {
     let index = usize::try_from(id).ok()?.checked_sub(1)?;
@@ -243,6 +257,7 @@ fn skipped(reason: String) -> StepOutcome {
 fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> {
     let Peer { agent, lost, .. } = peer;
     let name = node.clone();
+    let limit = Duration::from_millis(batch.deadline_ms) + GRACE;
     let begin = async move {
         let accepted = tokio::time::timeout(ACCEPT, agent.run_batch(&batch)).await;
         match accepted {
@@ -264,8 +279,8 @@ fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> 
     let cut_off = stream::once(async move {
         tokio::select! {
             () = lost => Err("its agent was lost".to_owned()),
-            () = tokio::time::sleep(BATCH_DEADLINE + GRACE) => {
-                Err(format!("its batch did not end within {} s", (BATCH_DEADLINE + GRACE).as_secs()))
+            () = tokio::time::sleep(limit) => {
+                Err(format!("its batch did not end within {} s", limit.as_secs()))
             }
         }
     });

@@ -8,6 +8,7 @@ use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
 use rts_plan::target;
 
 use super::{Scene, object};
+use crate::view::key;
 
 #[derive(Default)]
 struct Both<'a> {
@@ -16,7 +17,9 @@ struct Both<'a> {
 }
 
 /// All components.
-pub fn components(scene: &Scene<'_>) -> Vec<Component> {
+///
+/// `before` gives what was published last: of an absent component, the count of its restarts stays.
+pub fn components(scene: &Scene<'_>, before: impl Fn(&str) -> Option<Component>) -> Vec<Component> {
     let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
     for (node, spec) in &scene.world.placed.desired.nodes {
         for part in &spec.systems {
@@ -35,7 +38,18 @@ pub fn components(scene: &Scene<'_>) -> Vec<Component> {
         }
     }
     all.iter()
-        .map(|((node, instance), both)| component(scene, node, instance, both))
+        .map(|((node, instance), both)| {
+            let mut now = component(scene, node, instance, both);
+            let before = match both.observed {
+                None => before(&key(instance, node)),
+                Some(_) => None,
+            };
+            if let Some(before) = before.filter(|b| b.metadata.uid == now.metadata.uid) {
+                now.status.restarts = before.status.restarts;
+                now.status.incarnation = before.status.incarnation;
+            }
+            now
+        })
         .collect()
 }
 
@@ -104,11 +118,13 @@ fn waits_for(
     both: &Both<'_>,
     status: &ComponentStatus,
 ) -> Option<String> {
-    if status.state == "Active" {
-        return None;
+    let hangs = both.observed.and_then(|(_, found, _)| found.hangs.clone());
+    if hangs.is_some() || status.state == "Active" {
+        return hangs;
     }
     let known = scene.inventories.get(node).is_some_and(|(_, known)| *known);
-    let reason = scene.reasons.get(&target::component(instance)).cloned();
+    let reason = scene.reasons.get(&target::component(instance));
+    let reason = reason.map(|reason| reason.text.clone());
     let reason = reason.or_else(|| (!known).then(|| format!("node {node} is unknown")));
     match (both.observed, reason) {
         (None, Some(reason)) => Some(format!("not created yet: {reason}")),

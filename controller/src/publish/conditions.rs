@@ -47,6 +47,7 @@ pub fn conditions(
             ),
         ),
         Phase::Converged => ("Converged", "nothing is left to do".to_owned()),
+        Phase::Degraded if waits.is_empty() => ("NotHealthy", healthy.1.clone()),
         Phase::Degraded => ("Waiting", waits),
     };
     [

@@ -56,8 +56,13 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
     };
     status.drift = both.desired.is_none() && system.is_empty();
     if both.desired.is_some() && status.state != "Connected" {
-        let reason = scene.reasons.get(&target::connector(name)).cloned();
+        let reason = scene.reasons.get(&target::connector(name));
+        let reason = reason.map(|reason| reason.text.clone());
+        let service = both
+            .desired
+            .is_some_and(|(_, placed)| placed.spec.kind == PortKind::Service);
         status.waiting_on = match (&both.observed, reason) {
+            _ if service => Some("service ports are connected by a later version".to_owned()),
             (None, None) => {
                 Some("not connected yet: its steps have not been carried out".to_owned())
             }

@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use rts_agent_api::messages::StepOutcome;
 use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus};
-use rts_plan::observed::{ConnectorState, LifeCycleState, NodeObserved};
+use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
+use rts_schemas::system::{ConnectorSpec, PortKind};
 
 use super::conditions::conditions;
 use super::{Scene, object, waiting};
+use crate::core::RunState;
 use crate::reconcile::Backoff;
 use crate::store::SystemRecord;
 
@@ -44,7 +46,7 @@ pub fn system(
 pub struct Facts {
     /// The last plan was made for this generation.
     pub planned: bool,
-    /// Steps of the last plan that are not over, while it runs or will at once.
+    /// Steps are carried out, or will be at once.
     pending: bool,
     /// Differences that the last plan found.
     pub differences: usize,
@@ -69,12 +71,11 @@ impl Facts {
             .iter()
             .filter(|step| step.system.as_ref().is_some_and(|s| s.uid == record.uid))
             .collect();
-        let run = world.run.as_ref();
-        let ended = |step: &&&Step| run.is_some_and(|run| run.ended.contains_key(&step.id));
-        let over = steps.iter().filter(ended).count();
+        let run = world.runs.get(&record.uid);
+        let resting = world.resting.contains(&record.uid);
         let mut facts = Self {
             planned,
-            pending: over < steps.len(),
+            pending: run.is_some() || (!steps.is_empty() && !resting),
             differences: world
                 .plan
                 .changes
@@ -85,7 +86,7 @@ impl Facts {
             settling: false,
             active: 0,
             waiting: waiting::of_system(&scene.reasons, backoff, record),
-            progress: progress(scene, &steps),
+            progress: progress(run, &steps),
         };
         facts.look(scene, record);
         facts
@@ -95,15 +96,23 @@ impl Facts {
     fn look(&mut self, scene: &Scene<'_>, record: &SystemRecord) {
         let (components, connectors) = observed(scene, record);
         for spec in &record.spec.components {
-            let state = components.get(spec.instance.as_str()).copied();
+            let found = components.get(spec.instance.as_str());
+            let state = found.map(|found| found.state);
             if state == Some(LifeCycleState::Active) {
                 self.active += 1;
+            }
+            if let Some(hangs) = found.and_then(|found| found.hangs.as_ref()) {
+                self.unhealthy.push(format!("{} {hangs}", spec.instance));
+            } else if state == Some(LifeCycleState::Active) {
+                continue;
             } else if spec.required {
                 let state = state.map_or("not there", super::components::state_name);
                 self.unhealthy.push(format!("{} is {state}", spec.instance));
             }
         }
-        for spec in &record.spec.connectors {
+        // Service connectors are declared only: this version does not connect them.
+        let data = |spec: &&ConnectorSpec| spec.kind == PortKind::Data;
+        for spec in record.spec.connectors.iter().filter(data) {
             let state = match connectors.get(spec.name.as_str()) {
                 Some(ConnectorState::Connected) => continue,
                 Some(ConnectorState::Connecting) => "Connecting",
@@ -131,10 +140,12 @@ impl Facts {
         let healthy = self.unhealthy.is_empty();
         let phase = if record.deleted.is_some() {
             Phase::Terminating
-        } else if self.pending || !self.planned {
+        } else if self.pending || !self.planned || (scene.world.stale && !healthy) {
             Phase::Progressing
-        } else if !self.waiting.is_empty() {
+        } else if self.waiting.iter().any(|waiting| !waiting.transient) {
             Phase::Degraded
+        } else if !self.waiting.is_empty() {
+            Phase::Progressing
         } else if synced && healthy {
             Phase::Converged
         } else if self.settling || !synced {
@@ -158,13 +169,11 @@ impl Facts {
     }
 }
 
-type States<'a, State> = BTreeMap<&'a str, State>;
+type Components<'a> = BTreeMap<&'a str, &'a ComponentObserved>;
+type Connectors<'a> = BTreeMap<&'a str, ConnectorState>;
 
 /// States of a system's components and connectors, where they are certain.
-fn observed<'a>(
-    scene: &Scene<'a>,
-    record: &SystemRecord,
-) -> (States<'a, LifeCycleState>, States<'a, ConnectorState>) {
+fn observed<'a>(scene: &Scene<'a>, record: &SystemRecord) -> (Components<'a>, Connectors<'a>) {
     let (mut components, mut connectors) = (BTreeMap::new(), BTreeMap::new());
     for (inventory, known) in scene.inventories.values() {
         let managers = inventory.managers.iter().filter(|m| *known && m.responsive);
@@ -176,7 +185,7 @@ fn observed<'a>(
             {
                 continue;
             }
-            components.insert(component.instance.as_str(), component.state);
+            components.insert(component.instance.as_str(), component);
             let own = component.connectors.iter();
             connectors.extend(own.map(|connector| (connector.name.as_str(), connector.state)));
         }
@@ -184,14 +193,15 @@ fn observed<'a>(
     (components, connectors)
 }
 
-fn progress(scene: &Scene<'_>, steps: &[&Step]) -> Progress {
-    let Some(run) = &scene.world.run else {
+fn progress(run: Option<&RunState>, steps: &[&Step]) -> Progress {
+    let Some(run) = run else {
         return Progress {
             done: 0,
             total: count(steps.len()),
             running: Vec::new(),
         };
     };
+    let steps = &run.steps;
     let done = steps
         .iter()
         .filter(|step| run.ended.get(&step.id) == Some(&StepOutcome::Succeeded));

@@ -7,51 +7,93 @@ use rts_plan::target;
 use tokio::time::Instant;
 
 use crate::core::World;
-use crate::reconcile::Backoff;
+use crate::reconcile::{Backoff, Entry, target_of};
+use crate::sessions::NodeEntry;
 use crate::store::SystemRecord;
 
+/// Why a target does not go on.
+#[derive(Debug, Clone)]
+pub struct Reason {
+    /// For people.
+    pub text: String,
+    /// It is expected to pass by itself within moments.
+    pub transient: bool,
+}
+
 /// Target → reason, over all systems.
-pub fn reasons(world: &World, backoff: &Backoff) -> BTreeMap<String, String> {
+pub fn reasons(
+    world: &World,
+    backoff: &Backoff,
+    nodes: &BTreeMap<String, NodeEntry>,
+) -> BTreeMap<String, Reason> {
+    let unsure: Vec<String> = nodes
+        .iter()
+        .filter(|(_, entry)| entry.unsure())
+        .map(|(node, _)| format!("node {node} is unknown"))
+        .collect();
     let planned = world.plan.waiting_on.iter();
     let mut reasons: BTreeMap<_, _> = planned
-        .map(|waiting| (waiting.target.clone(), waiting.reason.clone()))
+        .map(|waiting| {
+            let text = waiting.reason.clone();
+            let node = waiting.target.replacen('/', " ", 1) + " is unknown";
+            let asked = unsure.iter().any(|u| *u == node || text.contains(u));
+            let transient = waiting.transient || asked;
+            (waiting.target.clone(), Reason { text, transient })
+        })
         .collect();
     // Once its time has come, only a plan with steps for it says that it is still about to be tried.
     let now = Instant::now();
-    let tried: BTreeSet<&String> = world.plan.steps.iter().map(|step| &step.target).collect();
-    for (target, entry) in backoff.failing() {
+    let runs = world.runs.values().flat_map(|run| &run.steps);
+    let steps = world.plan.steps.iter().chain(runs);
+    let tried: BTreeSet<&str> = steps.map(|step| step.target.as_str()).collect();
+    for (key, entry) in backoff.failing() {
+        let target = target_of(key);
         if entry.blocks(now) || tried.contains(target) {
-            reasons.insert(target.clone(), entry.reason.clone());
+            reasons.insert(target.to_owned(), lasting(&entry.reason));
         }
     }
     for (node, reason) in &world.faults {
-        reasons.insert(target::node(node), reason.clone());
+        reasons.insert(target::node(node), lasting(reason));
     }
     reasons
 }
 
+fn lasting(text: &str) -> Reason {
+    Reason {
+        text: text.to_owned(),
+        transient: false,
+    }
+}
+
 /// What of one system does not go on.
 pub fn of_system(
-    reasons: &BTreeMap<String, String>,
+    reasons: &BTreeMap<String, Reason>,
     backoff: &Backoff,
     record: &SystemRecord,
 ) -> Vec<Waiting> {
     let index = Index::new(record);
     let now = Instant::now();
+    let failing: Vec<(&str, &Entry)> = backoff
+        .failing()
+        .map(|(key, entry)| (target_of(key), entry))
+        .collect();
     reasons
         .iter()
         .filter_map(|(target, reason)| {
-            let known = backoff.get(target);
-            let owner = known.and_then(|entry| entry.system.as_deref());
-            if owner.map_or(!index.concerns(target), |owner| owner != record.name()) {
+            let known = || failing.iter().filter(|(t, _)| t == target).map(|(_, e)| *e);
+            let own = |entry: &&Entry| entry.system.as_deref() == Some(record.name());
+            let foreign = known().any(|entry| entry.system.is_some());
+            let entry = known().find(own);
+            if entry.is_none() && (foreign || !index.concerns(target)) {
                 return None;
             }
-            let entry = known.filter(|entry| entry.failing());
+            let entry = entry.or_else(|| known().next());
             let blocks = entry.filter(|entry| entry.blocks(now));
             Some(Waiting {
                 target: target.clone(),
-                reason: reason.clone(),
+                reason: reason.text.clone(),
                 required: index.required(target),
+                transient: reason.transient,
                 tries: entry.map_or(0, |entry| entry.tries),
                 next_try: blocks.map(|entry| entry.next_try),
             })

@@ -26,7 +26,12 @@ pub fn delay(tries: u32, chance: f64) -> Duration {
     plain.mul_f64(1.0 + JITTER * (2.0 * chance.clamp(0.0, 1.0) - 1.0))
 }
 
-/// Targets that failed.
+/// The target in a key of [`rts_plan::target::on`].
+pub fn target_of(key: &str) -> &str {
+    key.split_once('|').map_or(key, |(_, target)| target)
+}
+
+/// Targets that failed, by node and target ([`rts_plan::target::on`]).
 #[derive(Debug, Default)]
 pub struct Backoff {
     targets: BTreeMap<String, Entry>,

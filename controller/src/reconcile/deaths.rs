@@ -1,13 +1,15 @@
 //! Delays the restart of what ends by itself: a process that was started not long ago and is gone, a component that
 //! is in Error again soon after it was activated.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use rts_plan::observed::{NodeObserved, Observed};
 use rts_plan::plan::{Plan, Step, Work};
+use rts_plan::target::on;
 use tokio::time::Instant;
 
+use super::by_system::key;
 use crate::core::Core;
 use crate::view::Happening;
 
@@ -36,10 +38,17 @@ impl Deaths {
     }
 
     /// Counts what a plan would bring up again although it was brought up not long ago. True when there is any.
-    pub fn count(&mut self, core: &Core, plan: &Plan, observed: &Observed) -> bool {
+    /// Systems with a run are left out: what was seen of them is older than what their steps have done.
+    pub fn count(
+        &mut self,
+        core: &Core,
+        plan: &Plan,
+        observed: &Observed,
+        busy: &BTreeSet<String>,
+    ) -> bool {
         self.up.retain(|_, at| at.elapsed() < YOUNG);
         let mut any = false;
-        for step in &plan.steps {
+        for step in plan.steps.iter().filter(|step| !busy.contains(key(step))) {
             let reason = match &step.work {
                 Work::StartManager { manager } if !is_there(observed, &step.node, manager) => {
                     "its process ended by itself"
@@ -47,17 +56,16 @@ impl Deaths {
                 Work::Reset { .. } => "it went to Error soon after it was activated",
                 _ => continue,
             };
-            let key = (step.node.clone(), step.target.clone());
-            if self.up.remove(&key).is_none() {
+            let who = (step.node.clone(), step.target.clone());
+            if self.up.remove(&who).is_none() {
                 continue;
             }
             any = true;
             let system = step.system.as_ref().map(|s| s.name.as_str());
             let rng = core.rng.as_ref();
             let now = core.clock.now();
-            let delay = core
-                .backoff()
-                .failed(&step.target, system, reason, rng, now);
+            let blocked = on(&step.node, &step.target);
+            let delay = core.backoff().failed(&blocked, system, reason, rng, now);
             let message = format!("{reason}; started again in {:.1} s", delay.as_secs_f64());
             core.record(Happening::warning("BackOff", &step.target, message).of(system));
         }

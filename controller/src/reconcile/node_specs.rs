@@ -123,6 +123,12 @@ impl NodeSpecs {
         }
         let digest = rts_plan::digest(spec);
         let mut generation = stored.unwrap_or_default();
+        let applied = self.core.sessions.get(node).and_then(|e| e.session.applied);
+        if let Some(applied) = applied.filter(|applied| *applied > generation.generation) {
+            // A store older than the agent's ledger: its next number must be above what the agent has seen.
+            generation.generation = applied;
+            generation.digest.clear();
+        }
         if generation.digest != digest {
             generation.generation += 1;
             generation.digest.clone_from(&digest);

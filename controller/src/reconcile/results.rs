@@ -2,18 +2,20 @@
 
 use rts_agent_api::messages::StepOutcome;
 use rts_plan::plan::{Step, Work};
+use rts_plan::target;
 
 use super::deaths::Deaths;
 use crate::core::Core;
 use crate::view::Happening;
 
-/// Takes in the end of a step.
-pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths) {
+/// Takes in the end of a step. A failure for a generation that is not `current` any more holds nothing up.
+pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths, current: bool) {
+    let key = target::on(&step.node, &step.target);
     let kind = step.work.kind();
     match outcome {
         StepOutcome::Succeeded => {
             core.metrics.step(kind, "succeeded");
-            core.backoff().succeeded(&step.target);
+            core.backoff().succeeded(&key);
             deaths.succeeded(step);
             if let Some(event) = success(step) {
                 core.record(event);
@@ -24,9 +26,12 @@ pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths
             let system = step.system.as_ref().map(|s| s.name.as_str());
             let now = core.clock.now();
             let rng = core.rng.as_ref();
-            let delay = core
-                .backoff()
-                .failed(&step.target, system, reason, rng, now);
+            let again = if current {
+                let delay = core.backoff().failed(&key, system, reason, rng, now);
+                format!("tried again in {:.1} s", delay.as_secs_f64())
+            } else {
+                "it was for an older generation".to_owned()
+            };
             tracing::warn!(
                 step = kind,
                 target = step.target,
@@ -34,7 +39,7 @@ pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths
                 reason,
                 "step failed"
             );
-            let message = format!("{reason}; tried again in {:.1} s", delay.as_secs_f64());
+            let message = format!("{reason}; {again}");
             let event = Happening::warning(&format!("{kind}Failed"), &step.target, message);
             core.record(event.of(system));
         }

@@ -1,5 +1,7 @@
 //! The end of a deletion: a system is forgotten once every node it ever ran on has said that nothing of it is left.
 
+use std::collections::BTreeSet;
+
 use rts_plan::observed::{NodeObserved, Observed};
 
 use super::node_specs::NodeSpecs;
@@ -8,12 +10,14 @@ use crate::store::SystemRecord;
 use crate::view::Happening;
 
 /// Forgets systems that are gone. True when there was one: the nodes' specs change once more.
-pub async fn finish(core: &Core, specs: &NodeSpecs) -> bool {
+///
+/// Systems with a run are left out: what was seen of them is older than what their steps have done.
+pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> bool {
     let observed = core.world().observed.clone();
     let systems = core.registry().systems.clone();
     let mut any = false;
     for record in systems.values().filter(|record| record.deleted.is_some()) {
-        if !is_gone(core, specs, &observed, record) {
+        if busy.contains(&record.uid) || !is_gone(core, specs, &observed, record) {
             continue;
         }
         let name = record.name().to_owned();

@@ -22,9 +22,9 @@ impl Durable {
         }
     }
 
-    /// Reads everything, to see that it can be read.
+    /// See [`Store::check`].
     pub async fn check(&self) -> Result<(), StoreError> {
-        self.write(|store| store.load().map(drop)).await
+        self.write(|store| store.check()).await
     }
 
     /// See [`Store::put_system`].

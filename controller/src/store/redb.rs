@@ -1,191 +1,131 @@
 //! The store in one redb file. Every write is one transaction, on the disk before it returns.
+//!
+//! After an I/O error redb refuses everything until its file is closed and opened anew, which is done here.
 
-use std::fs::OpenOptions;
-use std::os::unix::fs::OpenOptionsExt;
+mod file;
+mod rows;
+
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use redb::backends::FileBackend;
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
-use serde::{Serialize, de::DeserializeOwned};
+use redb::{Database, Error, ReadableDatabase};
+use serde::Serialize;
 
-use super::{NodeGeneration, SCHEMA_VERSION, State, Store, StoreError, SystemRecord};
-
-const META: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("meta");
-const SYSTEMS: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("systems");
-const NODES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("nodes");
-
-const VERSION: &str = "schemaVersion";
-const CLUSTER_UID: &str = "clusterUid";
-const EPOCH: &str = "epoch";
-const REVISIONS: &str = "revisions";
-
-type Cause = Box<dyn std::error::Error + Send + Sync>;
+use self::rows::{CLUSTER_UID, Change, EPOCH, META, NODES, PROBE, REVISIONS, SYSTEMS, Table};
+use super::{NodeGeneration, State, Store, StoreError, SystemRecord};
 
 /// The store.
 pub struct RedbStore {
     path: PathBuf,
-    database: Database,
+    slot: Mutex<Slot>,
+}
+
+struct Slot {
+    /// None after an error: the next operation opens the file again, which checks it as a whole.
+    database: Option<Database>,
+    /// Bytes that could not be written last.
+    unwritten: Option<usize>,
 }
 
 impl RedbStore {
     /// Opens the file, or makes it (mode 0600) with this cluster uid.
     pub fn open(path: &Path, new_uid: &str) -> Result<Self, StoreError> {
-        let failed = |source: Cause| StoreError::Failed {
-            what: "open",
+        Ok(Self {
             path: path.to_owned(),
-            source,
-        };
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .open(path)
-            .map_err(|e| failed(e.into()))?;
-        // The file may have been damaged by others: that must be an error, not a panic.
-        let database = Database::builder()
-            .set_check_integrity_on_open(true)
-            .create_with_backend(FileBackend::new(file).map_err(|e| failed(e.into()))?)
-            .map_err(|e| failed(e.into()))?;
-        let store = Self {
-            path: path.to_owned(),
-            database,
-        };
-        store.prepare(new_uid)?;
-        Ok(store)
+            slot: Mutex::new(Slot {
+                database: Some(file::open(path, new_uid)?),
+                unwritten: None,
+            }),
+        })
     }
 
-    /// Checks the schema version, or writes the identity of a new store.
-    fn prepare(&self, new_uid: &str) -> Result<(), StoreError> {
-        let found = self.within("open", || {
-            let transaction = self.database.begin_write()?;
-            let found = {
-                let mut meta = transaction.open_table(META)?;
-                transaction.open_table(SYSTEMS)?;
-                transaction.open_table(NODES)?;
-                let found = get::<u32>(&meta, VERSION)?;
-                if found.is_none() {
-                    put(&mut meta, VERSION, &SCHEMA_VERSION)?;
-                    put(&mut meta, CLUSTER_UID, &new_uid)?;
-                    put(&mut meta, EPOCH, &1u64)?;
-                }
-                found
-            };
-            transaction.commit()?;
-            Ok(found.unwrap_or(SCHEMA_VERSION))
-        })?;
-        if found > SCHEMA_VERSION {
-            let path = self.path.clone();
-            return Err(StoreError::FutureSchema { path, found });
-        }
-        Ok(())
+    fn slot(&self) -> MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn within<T>(
+    fn with<T>(
         &self,
         what: &'static str,
-        work: impl FnOnce() -> Result<T, Cause>,
+        work: impl FnOnce(&Database) -> Result<T, Error>,
     ) -> Result<T, StoreError> {
-        work().map_err(|source| StoreError::Failed {
-            what,
-            path: self.path.clone(),
-            source,
-        })
+        let mut slot = self.slot();
+        let database = match slot.database.take() {
+            Some(database) => database,
+            None => file::reopen(&self.path)?,
+        };
+        let value = work(&database).map_err(|e| file::failed(what, &self.path, e))?;
+        slot.database = Some(database);
+        Ok(value)
     }
 
-    fn write<T: Serialize>(
-        &self,
-        table: TableDefinition<'_, &str, &[u8]>,
-        key: &str,
-        value: &T,
-    ) -> Result<(), StoreError> {
-        self.within("write", || {
-            let transaction = self.database.begin_write()?;
-            put(&mut transaction.open_table(table)?, key, value)?;
-            transaction.commit()?;
-            Ok(())
-        })
+    fn change(&self, change: &Change<'_>) -> Result<(), StoreError> {
+        let result = self.with("write", |database| change.write(database));
+        // A commit that failed at its very end may be there all the same: what the file says holds.
+        let landed = || matches!(self.with("read", |d| change.is_in(d)), Ok(true));
+        if result.is_ok() || landed() {
+            self.slot().unwritten = None;
+            return Ok(());
+        }
+        self.slot().unwritten = Some(change.value.as_ref().map_or(0, Vec::len));
+        result
     }
-}
 
-fn get<T: DeserializeOwned>(
-    table: &impl ReadableTable<&'static str, &'static [u8]>,
-    key: &str,
-) -> Result<Option<T>, Cause> {
-    let found = table.get(key)?;
-    found
-        .map(|value| serde_json::from_slice(value.value()).map_err(Cause::from))
-        .transpose()
-}
+    fn put<T: Serialize>(&self, table: Table, key: &str, value: &T) -> Result<(), StoreError> {
+        let value = rows::bytes(value).map_err(|e| file::failed("write", &self.path, e))?;
+        let value = Some(value);
+        self.change(&Change { table, key, value })
+    }
 
-fn put<T: Serialize>(
-    table: &mut redb::Table<'_, &'static str, &'static [u8]>,
-    key: &str,
-    value: &T,
-) -> Result<(), Cause> {
-    table.insert(key, serde_json::to_vec(value)?.as_slice())?;
-    Ok(())
-}
-
-fn all<T: DeserializeOwned>(
-    table: &impl ReadableTable<&'static str, &'static [u8]>,
-) -> Result<std::collections::BTreeMap<String, T>, Cause> {
-    table
-        .iter()?
-        .map(|row| {
-            let (key, value) = row?;
-            Ok((
-                key.value().to_owned(),
-                serde_json::from_slice(value.value())?,
-            ))
-        })
-        .collect()
+    fn remove(&self, table: Table, key: &str) -> Result<(), StoreError> {
+        let value = None;
+        self.change(&Change { table, key, value })
+    }
 }
 
 impl Store for RedbStore {
+    fn check(&self) -> Result<(), StoreError> {
+        let unwritten = self.slot().unwritten;
+        if let Some(size) = unwritten {
+            let probe = Change {
+                table: META,
+                key: PROBE,
+                value: Some(vec![b' '; size]),
+            };
+            self.change(&probe)?;
+            self.remove(META, PROBE)?;
+        }
+        self.load().map(drop)
+    }
+
     fn load(&self) -> Result<State, StoreError> {
-        self.within("read", || {
-            let transaction = self.database.begin_read()?;
+        self.with("read", |database| {
+            let transaction = database.begin_read()?;
             let meta = transaction.open_table(META)?;
             Ok(State {
-                cluster_uid: get(&meta, CLUSTER_UID)?.unwrap_or_default(),
-                epoch: get(&meta, EPOCH)?.unwrap_or(1),
-                revisions: get(&meta, REVISIONS)?.unwrap_or(0),
-                systems: all(&transaction.open_table(SYSTEMS)?)?,
-                nodes: all(&transaction.open_table(NODES)?)?,
+                cluster_uid: rows::get(&meta, CLUSTER_UID)?.unwrap_or_default(),
+                epoch: rows::get(&meta, EPOCH)?.unwrap_or(1),
+                revisions: rows::get(&meta, REVISIONS)?.unwrap_or(0),
+                systems: rows::all(&transaction.open_table(SYSTEMS)?)?,
+                nodes: rows::all(&transaction.open_table(NODES)?)?,
             })
         })
     }
 
     fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError> {
-        self.write(SYSTEMS, record.name(), record)
+        self.put(SYSTEMS, record.name(), record)
     }
 
     fn remove_system(&self, name: &str) -> Result<(), StoreError> {
-        self.within("write", || {
-            let transaction = self.database.begin_write()?;
-            transaction.open_table(SYSTEMS)?.remove(name)?;
-            transaction.commit()?;
-            Ok(())
-        })
+        self.remove(SYSTEMS, name)
     }
 
     fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError> {
-        self.write(NODES, node, generation)
+        self.put(NODES, node, generation)
     }
 
     fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError> {
-        self.within("write", || {
-            let transaction = self.database.begin_write()?;
-            {
-                let mut meta = transaction.open_table(META)?;
-                let now: u64 = get(&meta, REVISIONS)?.unwrap_or(0);
-                put(&mut meta, REVISIONS, &now.max(up_to))?;
-            }
-            transaction.commit()?;
-            Ok(())
-        })
+        let now = self.load()?.revisions;
+        self.put(META, REVISIONS, &now.max(up_to))
     }
 }
 
@@ -198,7 +138,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("c.redb");
         let store = RedbStore::open(&path, "u").unwrap();
-        store.write(META, VERSION, &2u32).unwrap();
+        store.put(META, rows::VERSION, &2u32).unwrap();
         drop(store);
         let Err(error) = RedbStore::open(&path, "u") else {
             panic!("it was opened");
@@ -210,13 +150,28 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_file_is_an_error_and_no_panic() {
+    fn a_damaged_file_is_an_error_that_says_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("c.redb");
         std::fs::write(&path, b"this is no database").unwrap();
-        assert!(matches!(
-            RedbStore::open(&path, "u"),
-            Err(StoreError::Failed { what: "open", .. })
-        ));
+        let Err(error) = RedbStore::open(&path, "u") else {
+            panic!("it was opened");
+        };
+        let text = error
+            .to_string()
+            .replace(&path.display().to_string(), "FILE");
+        insta::assert_snapshot!(text, @"the store FILE is damaged (Not a redb database: magic number mismatch); put a copy of it back and start again, or, without one, end everything with `rtsctl down --purge` and apply the systems again");
+    }
+
+    #[test]
+    fn a_damaged_record_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("c.redb");
+        let store = RedbStore::open(&path, "u").unwrap();
+        store.put(SYSTEMS, "hello", &7).unwrap();
+        let error = store.load().unwrap_err().to_string();
+        assert!(error.contains("damaged (record hello: "), "{error}");
+        store.remove_system("hello").unwrap();
+        store.check().unwrap();
     }
 }

@@ -5,11 +5,13 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rts_agent_api::messages::{
-    Batch, GateReport, ModuleFile, ModuleResolution, NodeSpecEnvelope, NodeSpecReceipt,
+    Batch, GateReport, ModuleDescription, ModuleFile, ModuleResolution, NodeSpecEnvelope,
+    NodeSpecReceipt,
 };
 use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_http::problem::Problem;
-use rts_plan::observed::{Inventory, ManagerObserved};
+use rts_plan::observed::{ComponentObserved, Inventory, ManagerObserved, PortObserved};
+use rts_schemas::system::{Direction, PortKind};
 use tokio::sync::watch;
 
 use super::carry_out;
@@ -28,6 +30,8 @@ pub struct State {
     pub managers: Vec<ManagerObserved>,
     pub spec: Option<NodeSpecEnvelope>,
     pub types: BTreeSet<String>,
+    /// Type → what its module says of itself.
+    pub described: BTreeMap<String, ModuleDescription>,
     /// `KIND target` → times it fails yet.
     pub failing: BTreeMap<String, u32>,
     /// Components that a step which is told to fail leaves in Error.
@@ -42,8 +46,9 @@ pub struct State {
 #[derive(Default, Clone)]
 pub struct News {
     pub generation: u64,
-    pub succeeded: BTreeSet<u32>,
-    pub failed: BTreeSet<u32>,
+    /// Plan id and step.
+    pub succeeded: BTreeSet<(String, u32)>,
+    pub failed: BTreeSet<(String, u32)>,
 }
 
 pub struct Handle(pub Arc<FakeAgent>);
@@ -68,6 +73,33 @@ impl FakeAgent {
             .unwrap()
             .failing
             .insert(step.into(), times);
+    }
+
+    /// Its module of this type says this of itself from now on; ports are `name:in|out:TYPE`.
+    pub fn describe(&self, type_name: &str, ports: &[&str], parameters: &[&str]) {
+        let port = |text: &&str| {
+            let (name, rest) = text.split_once(':').unwrap();
+            let (direction, data_type) = rest.split_once(':').unwrap();
+            PortObserved {
+                name: name.into(),
+                kind: PortKind::Data,
+                direction: Some(if direction == "in" {
+                    Direction::In
+                } else {
+                    Direction::Out
+                }),
+                data_type: format!("IDL:RTC/{data_type}:1.0"),
+            }
+        };
+        let description = ModuleDescription {
+            ports: ports.iter().map(port).collect(),
+            parameters: parameters
+                .iter()
+                .map(|p| ((*p).into(), "1".into()))
+                .collect(),
+        };
+        let mut state = self.state.lock().unwrap();
+        state.described.insert(type_name.into(), description);
     }
 
     pub fn ends_in_error(&self, instance: &str) {
@@ -99,6 +131,23 @@ impl FakeAgent {
         let mut state = self.state.lock().unwrap();
         state.revision += 1;
         state.managers.retain(|m| m.key.display_name() != manager);
+    }
+
+    /// A process is stopped: it lives and does not answer.
+    pub fn hang(&self, manager: &str) {
+        let mut state = self.state.lock().unwrap();
+        state.revision += 1;
+        let mut managers = state.managers.iter_mut();
+        let found = managers.find(|m| m.key.display_name() == manager);
+        found.unwrap().responsive = false;
+    }
+
+    /// Something of a component changes by itself.
+    pub fn change(&self, instance: &str, what: impl FnOnce(&mut ComponentObserved)) {
+        let mut state = self.state.lock().unwrap();
+        state.revision += 1;
+        let mut all = state.managers.iter_mut().flat_map(|m| &mut m.components);
+        what(all.find(|c| c.instance == instance).unwrap());
     }
 
     /// A counter goes up, and nothing else.
@@ -171,11 +220,12 @@ impl AgentApi for Handle {
         Ok(carry_out::batch(Arc::clone(&self.0), batch.clone()))
     }
 
-    async fn release(&self, _: &str, gates: &GateReport) -> Result<(), ClientError> {
+    async fn release(&self, plan: &str, gates: &GateReport) -> Result<(), ClientError> {
         self.0.answer().await;
         self.0.news.send_modify(|news| {
-            news.succeeded.extend(&gates.succeeded);
-            news.failed.extend(&gates.failed);
+            let of_plan = |id: &u32| (plan.to_owned(), *id);
+            news.succeeded.extend(gates.succeeded.iter().map(of_plan));
+            news.failed.extend(gates.failed.iter().map(of_plan));
         });
         Ok(())
     }
@@ -191,6 +241,7 @@ impl AgentApi for Handle {
             module: state.types.contains(name).then(|| ModuleFile {
                 path: format!("/modules/{name}.so"),
                 digest: format!("digest-of-{name}"),
+                description: state.described.get(name).cloned(),
             }),
             searched: vec![
                 format!("/modules/lib{name}.so"),

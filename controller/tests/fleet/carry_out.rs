@@ -13,7 +13,7 @@ use rts_plan::plan::{Step, Work};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::UnboundedReceiverStream;
 
-use super::agent::{FakeAgent, State};
+use super::agent::{FakeAgent, News, State};
 
 /// Runs a batch; the stream may be dropped without ending it.
 pub fn batch(agent: Arc<FakeAgent>, batch: Batch) -> BatchEvents {
@@ -66,14 +66,22 @@ async fn ready(
             }
             continue;
         }
-        let gate =
-            news.wait_for(|news| news.succeeded.contains(need) || news.failed.contains(need));
-        let failed = gate.await.unwrap().failed.contains(need);
+        let need_of_plan = (batch.plan_id.clone(), *need);
+        let over = |news: &News| {
+            news.succeeded.contains(&need_of_plan) || news.failed.contains(&need_of_plan)
+        };
+        let gate = news.wait_for(over);
+        let failed = gate.await.unwrap().failed.contains(&need_of_plan);
         if failed {
             return Err(skipped(Some(*need), "a gate failed"));
         }
     }
-    if news.borrow().generation > batch.generation {
+    let newer = |news: &News| news.generation > batch.generation;
+    let wait = std::time::Duration::from_millis(step.wait_ms.into());
+    let cancelled = tokio::time::timeout(wait, news.wait_for(newer))
+        .await
+        .is_ok();
+    if cancelled || newer(&agent.news.borrow()) {
         return Err(skipped(None, "cancelled by a newer spec"));
     }
     Ok(())
@@ -142,6 +150,8 @@ fn change(state: &mut State, step: &Step) {
             restarts: 0,
             created: "2027-01-15T08:00:00Z".into(),
             configuration,
+            defaults: Default::default(),
+            hangs: None,
             execution_kind,
             rate: rate.unwrap_or(1000.0),
             executions: 0,

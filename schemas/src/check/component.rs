@@ -4,11 +4,12 @@ use std::collections::{HashMap, HashSet};
 
 use super::Check;
 use crate::names;
-use crate::placement::parse_bool;
-use crate::rts_profile::model::Component;
+use crate::placement::{PREFIX, on_disconnect, parse_bool};
+use crate::rts_profile::model::{Component, property};
 use crate::rts_profile::{is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
+use crate::system::{MAX_RATE, MIN_RATE, OnDisconnect};
 
 pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     let name = check.required(
@@ -28,6 +29,7 @@ pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     ports(check, component, &owner);
     configuration(check, component, &owner);
     execution_context(check, component, &owner);
+    policy(check, component, &owner);
     if let Some(required) = &component.is_required
         && parse_bool(&required.value).is_none()
     {
@@ -62,8 +64,8 @@ fn is_plain(composite_type: &str) -> bool {
 }
 
 fn valid_name(check: &mut Check<'_>, name: &Text, owner: &str) {
-    if let Some(fault) = names::name_fault(name.trimmed()) {
-        let help = "names have 1 to 128 bytes, no `/` and no control character";
+    if let Some(fault) = names::instance_name_problem(name.trimmed()) {
+        let help = "names have 1 to 128 bytes, no `/`, no control character and no dot in front";
         check.error(
             "bad-name",
             format!("the name of {owner} cannot be used: {fault}"),
@@ -201,7 +203,7 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
             && parse_rate(&rate.value).is_none()
         {
             let message = format!(
-                "the rate `{}` of {owner} is not a number of hertz above 0",
+                "the rate `{}` of {owner} is not a number of hertz from {MIN_RATE} to {MAX_RATE}",
                 rate.trimmed()
             );
             check.error(
@@ -219,6 +221,26 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
             message,
             second.span,
             "the first one is used",
+        );
+    }
+}
+
+/// What is kept for later versions is said, so that nobody counts on it.
+fn policy(check: &mut Check<'_>, component: &Component, owner: &str) {
+    let key = format!("{PREFIX}onDisconnect");
+    let value = property(&component.properties, &key).and_then(|p| p.value.as_ref());
+    if let Some(value) = value
+        && on_disconnect(value.trimmed()).is_ok_and(|policy| policy != OnDisconnect::Keep)
+    {
+        let message = format!(
+            "`{key}` of {owner} is `{}`; that is read and kept, but not carried out by this version",
+            value.trimmed()
+        );
+        check.warning(
+            "not-carried-out",
+            message,
+            value.span,
+            "the component goes on when a peer is lost",
         );
     }
 }

@@ -5,114 +5,164 @@ use std::collections::HashSet;
 use crate::diagnostic::{Finding, Report};
 use crate::names;
 use crate::suggest;
-use crate::system::{ComponentSpec, Condition, Orders, SystemSpec, WaitFor};
+use crate::system::{ComponentSpec, Condition, Orders, SystemSpec, WaitFor, rate_problem};
+
+/// Most findings of one system: nobody reads more, and each costs its time.
+const LIMIT: usize = 500;
+
+/// A problem and the JSON pointer into the system to what it speaks of.
+pub type Pointed = (String, Finding);
 
 /// All problems of a system; they have no place.
 pub fn spec(spec: &SystemSpec) -> Report {
-    let mut report = Report::default();
+    let findings = spec_by_pointer(spec).into_iter();
+    Report {
+        findings: findings.map(|(_, finding)| finding).collect(),
+    }
+}
+
+/// All problems of a system, at most 500, each with its JSON pointer (`/components/0/instance`).
+pub fn spec_by_pointer(spec: &SystemSpec) -> Vec<Pointed> {
+    let mut report = Pointers::default();
     if !names::is_dns_label(&spec.name) {
         let message = format!("`{}` cannot name a system", spec.name);
+        let finding = Finding::error("bad-system-name", message);
         report.push(
-            Finding::error("bad-system-name", message)
-                .help("a name has 1 to 63 of `a-z`, `0-9` and `-`"),
+            "/name",
+            finding.help("a name has 1 to 63 of `a-z`, `0-9` and `-`"),
         );
     }
     let mut instances: HashSet<&str> = HashSet::new();
-    for component in &spec.components {
-        self::component(component, &mut report);
-        if !instances.insert(&component.instance) {
-            let message = format!(
-                "two components have the instance name `{}`",
-                component.instance
+    for (index, component) in spec.components.iter().enumerate() {
+        let at = format!("/components/{index}");
+        self::component(component, &at, &mut report);
+        let instance = component.instance.as_str();
+        if !instances.insert(instance) {
+            let message = format!("two components have the instance name `{instance}`");
+            let finding = Finding::error("duplicate-instance", message);
+            report.push(
+                format!("{at}/instance"),
+                finding.help("give each its own name"),
             );
-            report
-                .push(Finding::error("duplicate-instance", message).help("give each its own name"));
         }
     }
     let mut known: Vec<&str> = instances.into_iter().collect();
     known.sort_unstable();
-    let mut connectors: HashSet<&str> = HashSet::new();
-    for connector in &spec.connectors {
-        if !connectors.insert(&connector.name) {
-            let message = format!("two connectors have the name `{}`", connector.name);
-            report.push(
-                Finding::error("duplicate-connector", message).help("give each its own name"),
-            );
-        }
-        for end in [&connector.source, &connector.target] {
-            exists(
-                &end.instance,
-                &format!("connector `{}`", connector.name),
-                &known,
-                &mut report,
-            );
-            if let Some(fault) = names::name_fault(&end.port) {
-                let message = format!(
-                    "a port of connector `{}` cannot be used: {fault}",
-                    connector.name
-                );
-                report.push(Finding::error("bad-name", message));
-            }
+    connectors(spec, &known, &mut report);
+    for (order, conditions) in all(&spec.orders) {
+        for (index, condition) in conditions.iter().enumerate() {
+            let at = format!("/orders/{order}/{index}");
+            self::condition(condition, &at, &known, &mut report);
         }
     }
-    for condition in all(&spec.orders) {
-        exists(&condition.target, "an order", &known, &mut report);
-        if let Some(WaitFor::Preceding { components, .. }) = &condition.wait {
-            for name in components {
-                exists(name, "an order", &known, &mut report);
-            }
-        }
-    }
-    report
+    report.list
 }
 
-fn component(component: &ComponentSpec, report: &mut Report) {
-    for (what, name) in [
-        ("instance", &component.instance),
-        ("type", &component.type_name),
+#[derive(Default)]
+struct Pointers {
+    list: Vec<Pointed>,
+}
+
+impl Pointers {
+    fn is_full(&self) -> bool {
+        self.list.len() >= LIMIT
+    }
+
+    fn push(&mut self, pointer: impl Into<String>, finding: Finding) {
+        if !self.is_full() {
+            self.list.push((pointer.into(), finding));
+        }
+    }
+
+    fn exists(&mut self, name: &str, owner: &str, known: &[&str], pointer: impl Into<String>) {
+        if known.binary_search(&name).is_ok() || self.is_full() {
+            return;
+        }
+        let message =
+            format!("{owner} names the component `{name}`, which the system does not have");
+        let help = suggest::advice(name, "components", known);
+        self.push(
+            pointer,
+            Finding::error("unknown-instance", message).help(help),
+        );
+    }
+}
+
+fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
+    for (what, name, fault) in [
+        (
+            "instance",
+            &component.instance,
+            names::instance_name_problem(&component.instance),
+        ),
+        (
+            "type",
+            &component.type_name,
+            names::name_fault(&component.type_name).map(str::to_owned),
+        ),
     ] {
-        if let Some(fault) = names::name_fault(name) {
-            report.push(Finding::error(
-                "bad-name",
-                format!("the {what} name `{name}` cannot be used: {fault}"),
-            ));
+        if let Some(fault) = fault {
+            let message = format!("the {what} name `{name}` cannot be used: {fault}");
+            report.push(format!("{at}/{what}"), Finding::error("bad-name", message));
         }
     }
     if let Some(rate) = component.execution_context.rate
-        && !(rate.is_finite() && rate > 0.0)
+        && let Some(problem) = rate_problem(rate)
     {
         let message = format!(
-            "the rate {rate} of `{}` is not a number of hertz above 0",
+            "the rate {rate} of `{}` cannot be used: {problem}",
             component.instance
         );
-        report.push(Finding::error("bad-number", message));
+        let pointer = format!("{at}/executionContext/rate");
+        report.push(pointer, Finding::error("bad-number", message));
     }
     if let Some(manager) = &component.placement.manager
-        && !names::is_manager_name(manager)
+        && let Some(problem) = names::manager_name_problem(manager)
     {
         let message = format!(
-            "`{manager}` cannot name the manager of `{}`",
+            "`{manager}` cannot name the manager of `{}`: {problem}",
             component.instance
         );
-        report.push(Finding::error("bad-placement-value", message));
+        let pointer = format!("{at}/placement/manager");
+        report.push(pointer, Finding::error("bad-placement-value", message));
     }
 }
 
-fn exists(name: &str, owner: &str, known: &[&str], report: &mut Report) {
-    if known.binary_search(&name).is_err() {
-        let message =
-            format!("{owner} names the component `{name}`, which the system does not have");
-        report.push(
-            Finding::error("unknown-instance", message).help(suggest::advice(
-                name,
-                "components",
-                known,
-            )),
-        );
+fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
+    let mut seen: HashSet<&str> = HashSet::new();
+    for (index, connector) in spec.connectors.iter().enumerate() {
+        let at = format!("/connectors/{index}");
+        let name = connector.name.as_str();
+        if !seen.insert(name) {
+            let message = format!("two connectors have the name `{name}`");
+            let finding = Finding::error("duplicate-connector", message);
+            report.push(format!("{at}/name"), finding.help("give each its own name"));
+        }
+        for (key, end) in [("source", &connector.source), ("target", &connector.target)] {
+            let owner = format!("connector `{name}`");
+            report.exists(&end.instance, &owner, known, format!("{at}/{key}/instance"));
+            if let Some(fault) = names::name_fault(&end.port) {
+                let message = format!("a port of connector `{name}` cannot be used: {fault}");
+                let pointer = format!("{at}/{key}/port");
+                report.push(pointer, Finding::error("bad-name", message));
+            }
+        }
     }
 }
 
-fn all(orders: &Orders) -> impl Iterator<Item = &Condition> {
+fn condition(condition: &Condition, at: &str, known: &[&str], report: &mut Pointers) {
+    let owner = "an order";
+    report.exists(&condition.target, owner, known, format!("{at}/target"));
+    if let Some(WaitFor::Preceding { components, .. }) = &condition.wait {
+        for (index, name) in components.iter().enumerate() {
+            let pointer = format!("{at}/wait/components/{index}");
+            report.exists(name, owner, known, pointer);
+        }
+    }
+}
+
+/// The orders by their names in JSON.
+fn all(orders: &Orders) -> [(&'static str, &[Condition]); 7] {
     let Orders {
         start_up,
         shut_down,
@@ -123,14 +173,12 @@ fn all(orders: &Orders) -> impl Iterator<Item = &Condition> {
         finalizing,
     } = orders;
     [
-        start_up,
-        shut_down,
-        activation,
-        deactivation,
-        resetting,
-        initializing,
-        finalizing,
+        ("startUp", start_up),
+        ("shutDown", shut_down),
+        ("activation", activation),
+        ("deactivation", deactivation),
+        ("resetting", resetting),
+        ("initializing", initializing),
+        ("finalizing", finalizing),
     ]
-    .into_iter()
-    .flatten()
 }

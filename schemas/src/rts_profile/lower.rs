@@ -2,7 +2,9 @@
 
 mod component;
 mod connector;
+mod managers;
 mod order;
+mod places;
 
 use super::ReadProfile;
 use crate::diagnostic::{Finding, Report};
@@ -12,6 +14,8 @@ use crate::system::SystemSpec;
 pub(crate) use component::{is_pseudo_set, parse_rate};
 pub(crate) use connector::{data_type_of, direction_of, is_reversed, normal_data_type};
 pub(crate) use order::{parse_timing, parse_whole};
+pub use places::Places;
+pub(crate) use places::places;
 
 /// What the caller knows besides the file.
 #[derive(Debug, Clone, Copy, Default)]

@@ -320,6 +320,12 @@ pub struct ComponentInfo {
     pub sets: BTreeMap<String, BTreeMap<String, String>>,
     /// Active set.
     pub active: String,
+    /// Parameters with the module's defaults.
+    #[serde(default)]
+    pub defaults: BTreeMap<String, String>,
+    /// The callback that runs now, when it has run for a second or longer.
+    #[serde(default)]
+    pub busy: Option<Busy>,
     /// `periodic`.
     pub execution_kind: String,
     /// Rate in Hz.
@@ -332,6 +338,16 @@ pub struct ComponentInfo {
     pub connectors: Vec<ConnectorInfo>,
     /// Bindings of its in-ports.
     pub bindings: Vec<BindingInfo>,
+}
+
+/// A callback that does not return.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Busy {
+    /// Its name (`on_execute`).
+    pub callback: String,
+    /// Since when, in milliseconds.
+    pub milliseconds: u64,
 }
 
 /// A connector at its out-port end.

@@ -4,8 +4,10 @@ use std::io::{self, Read, Write};
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Largest JSON frame in bytes.
+/// Largest JSON frame to a manager, in bytes.
 pub const MAX_FRAME: usize = 4 * 1024 * 1024;
+/// Largest JSON frame from a manager, in bytes: the inventory of thousands of components is one.
+pub const MAX_ANSWER: usize = 64 * 1024 * 1024;
 
 /// A frame that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -13,9 +15,14 @@ pub enum FrameError {
     /// The other side closed the connection between two frames.
     #[error("connection closed")]
     Closed,
-    /// Length above [`MAX_FRAME`].
-    #[error("frame of {0} bytes is longer than the limit of {MAX_FRAME}")]
-    TooLong(usize),
+    /// Length above [`MAX_FRAME`] or [`MAX_ANSWER`].
+    #[error("frame of {length} bytes is longer than the limit of {limit}")]
+    TooLong {
+        /// Length in bytes.
+        length: usize,
+        /// What is allowed in this direction.
+        limit: usize,
+    },
     /// Not the JSON that was expected.
     #[error("frame is not valid: {0}")]
     Json(#[from] serde_json::Error),
@@ -24,26 +31,31 @@ pub enum FrameError {
     Io(#[from] io::Error),
 }
 
-/// Encodes a value as one frame, length included.
+/// Encodes a value as one frame to a manager, length included.
 pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, FrameError> {
+    encode_within(MAX_FRAME, value)
+}
+
+fn encode_within<T: Serialize>(limit: usize, value: &T) -> Result<Vec<u8>, FrameError> {
     let mut bytes = vec![0; 4];
     serde_json::to_writer(&mut bytes, value)?;
-    let length = bytes.len() - 4;
-    if length > MAX_FRAME {
-        return Err(FrameError::TooLong(length));
-    }
-    bytes[..4].copy_from_slice(&(length as u32).to_be_bytes());
+    let header = (bytes.len() - 4) as u32;
+    check(bytes.len() - 4, limit)?;
+    bytes[..4].copy_from_slice(&header.to_be_bytes());
     Ok(bytes)
 }
 
-/// Checks the length field of a frame.
-pub fn length(header: [u8; 4]) -> Result<usize, FrameError> {
-    let length = u32::from_be_bytes(header) as usize;
-    if length > MAX_FRAME {
-        Err(FrameError::TooLong(length))
+fn check(length: usize, limit: usize) -> Result<usize, FrameError> {
+    if length > limit {
+        Err(FrameError::TooLong { length, limit })
     } else {
         Ok(length)
     }
+}
+
+/// Checks the length field of a frame from a manager.
+pub fn length(header: [u8; 4]) -> Result<usize, FrameError> {
+    check(u32::from_be_bytes(header) as usize, MAX_ANSWER)
 }
 
 /// Decodes the body of a frame.
@@ -51,15 +63,37 @@ pub fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, FrameError> {
     Ok(serde_json::from_slice(body)?)
 }
 
-/// Writes one frame and flushes it.
+/// Writes one frame to a manager and flushes it.
 pub fn write<T: Serialize>(to: &mut impl Write, value: &T) -> Result<(), FrameError> {
-    to.write_all(&encode(value)?)?;
+    write_within(MAX_FRAME, to, value)
+}
+
+/// Writes one frame from a manager and flushes it.
+pub fn write_answer<T: Serialize>(to: &mut impl Write, value: &T) -> Result<(), FrameError> {
+    write_within(MAX_ANSWER, to, value)
+}
+
+fn write_within<T: Serialize>(
+    limit: usize,
+    to: &mut impl Write,
+    value: &T,
+) -> Result<(), FrameError> {
+    to.write_all(&encode_within(limit, value)?)?;
     to.flush()?;
     Ok(())
 }
 
-/// Reads one frame. An end of stream before its first byte is [`FrameError::Closed`].
+/// Reads one frame to a manager. An end of stream before its first byte is [`FrameError::Closed`].
 pub fn read<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, FrameError> {
+    read_within(MAX_FRAME, from)
+}
+
+/// Reads one frame from a manager, else as [`read`].
+pub fn read_answer<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, FrameError> {
+    read_within(MAX_ANSWER, from)
+}
+
+fn read_within<T: DeserializeOwned>(limit: usize, from: &mut impl Read) -> Result<T, FrameError> {
     let mut header = [0; 4];
     let mut filled = 0;
     while filled < header.len() {
@@ -71,7 +105,7 @@ pub fn read<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, FrameError> 
             Err(e) => return Err(e.into()),
         }
     }
-    let mut body = vec![0; length(header)?];
+    let mut body = vec![0; check(u32::from_be_bytes(header) as usize, limit)?];
     from.read_exact(&mut body)?;
     decode(&body)
 }
@@ -100,7 +134,32 @@ mod tests {
         bytes.extend([0; 16]);
         assert!(matches!(
             read::<()>(&mut &bytes[..]),
-            Err(FrameError::TooLong(_))
+            Err(FrameError::TooLong { .. })
+        ));
+    }
+
+    #[test]
+    fn an_answer_may_be_longer_than_a_request() {
+        let text = "x".repeat(MAX_FRAME);
+        assert!(matches!(encode(&text), Err(FrameError::TooLong { .. })));
+        let mut bytes = Vec::new();
+        write_answer(&mut bytes, &text).unwrap();
+        let header = bytes[..4].try_into().unwrap();
+        assert_eq!(length(header).unwrap(), bytes.len() - 4);
+        assert!(matches!(
+            read::<String>(&mut &bytes[..]),
+            Err(FrameError::TooLong {
+                limit: MAX_FRAME,
+                ..
+            })
+        ));
+        assert_eq!(read_answer::<String>(&mut &bytes[..]).unwrap(), text);
+        assert!(matches!(
+            write_answer(&mut io::sink(), &"x".repeat(MAX_ANSWER)),
+            Err(FrameError::TooLong {
+                limit: MAX_ANSWER,
+                ..
+            })
         ));
     }
 

@@ -9,6 +9,7 @@ pub mod control;
 pub mod data;
 pub mod files;
 pub mod frame;
+pub mod net;
 
 /// Version of the protocol. A manager also speaks the previous one.
 pub const PROTOCOL_VERSION: u32 = 1;

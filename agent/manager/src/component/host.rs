@@ -5,6 +5,7 @@
 use std::ffi::c_void;
 use std::mem::size_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::NonNull;
 use std::sync::{Arc, Mutex};
 
 use rts_manager_api::data::MAX_SAMPLE;
@@ -19,10 +20,11 @@ use crate::text::{self, lend};
 /// Longest type name of a sample.
 const MAX_TYPE: usize = 256;
 
-/// The host of one instance. Neither part moves while it lives.
+/// The host of one instance: two allocations that only this owns and that the module points to, so they are kept as raw
+/// pointers. A box that is moved would claim to be the only way to its contents.
 pub struct Host {
-    abi: Box<abi::Host>,
-    context: Box<Context>,
+    abi: NonNull<abi::Host>,
+    context: NonNull<Context>,
 }
 
 /// Behind [`abi::Host::context`]. All of it may be used by any thread, whatever the module does.
@@ -36,15 +38,15 @@ struct Context {
 impl Host {
     /// A host for an instance of this component.
     pub fn new(component: &Arc<Component>) -> Self {
-        let context = Box::new(Context {
+        let context = allocate(Context {
             component: Arc::clone(component),
             lent: component.ports.iter().map(|_| Mutex::default()).collect(),
             failure: Mutex::default(),
         });
-        let abi = Box::new(abi::Host {
+        let abi = allocate(abi::Host {
             abi_version: ABI_VERSION,
             size: size_of::<abi::Host>() as u32,
-            context: (&raw const *context).cast_mut().cast(),
+            context: context.as_ptr().cast(),
             log,
             write,
             read,
@@ -55,13 +57,29 @@ impl Host {
 
     /// For the module.
     pub fn as_abi(&self) -> *const abi::Host {
-        &raw const *self.abi
+        self.abi.as_ptr()
     }
 
     /// What the component said of the call that just returned.
     pub fn take_failure(&self) -> Option<String> {
-        lock(&self.context.failure).take()
+        // SAFETY: it lives until the drop of `self`, and is only ever shared.
+        let context = unsafe { self.context.as_ref() };
+        lock(&context.failure).take()
     }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        // SAFETY: both came from a box in `new`, and the instance that pointed to them has been destroyed.
+        unsafe {
+            drop(Box::from_raw(self.abi.as_ptr()));
+            drop(Box::from_raw(self.context.as_ptr()));
+        }
+    }
+}
+
+fn allocate<T>(value: T) -> NonNull<T> {
+    NonNull::from(Box::leak(Box::new(value)))
 }
 
 impl Context {

@@ -44,6 +44,12 @@ impl Instance {
             unsafe { (functions.create)(host.as_abi(), &raw mut pointer) }
         });
         check("create", code, &host)?;
+        if pointer.is_null() {
+            return Err(CallFailed {
+                code: return_code::ERROR,
+                message: "create returned RTC_OK without an instance".to_owned(),
+            });
+        }
         Ok(Self {
             functions,
             pointer,
@@ -55,6 +61,7 @@ impl Instance {
     /// Calls a callback.
     pub fn callback(&mut self, number: u32) -> Result<(), CallFailed> {
         let name = callback_name(number);
+        self.component.in_ports().for_each(|port| port.begin());
         let code = during(&self.component, name, || {
             // SAFETY: the instance was made by this module, lives, and is used by this thread alone.
             unsafe { (self.functions.callback)(self.pointer, number) }

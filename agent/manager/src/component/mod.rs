@@ -12,9 +12,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use rts_manager_api::control::{ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId};
+use rts_manager_api::control::{
+    self, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
+};
 
 pub use self::configuration::Configuration;
 pub use self::lifecycle::State;
@@ -23,9 +25,12 @@ use crate::data::connector::Connector;
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
 use crate::failure::{failure, list, not_found};
-use crate::log::LogFile;
+use crate::log_file::LogFile;
 use crate::module::Module;
 use crate::sync::lock;
+
+/// A call into the module that takes this long is shown.
+const HANGS: Duration = Duration::from_secs(1);
 
 /// What a component is made from and called; never changes.
 #[derive(Debug)]
@@ -155,6 +160,7 @@ impl Component {
         self.wait(&self.ask(action, deadline)?)
     }
 
+    /// The answer to a request that has not been carried out in time.
     fn late(&self, otherwise: &str) -> Failure {
         let name = &self.identity.instance;
         let message = match *lock(&self.busy) {
@@ -187,15 +193,19 @@ impl Component {
 
     /// Its in-port with this name.
     pub fn in_port(&self, name: &str) -> Result<&Arc<InPort>, Failure> {
-        let ports = || {
-            self.ports.iter().filter_map(|port| match port {
-                PortEnd::In(port) => Some(port),
-                PortEnd::Out(_) => None,
-            })
-        };
-        ports()
+        self.in_ports()
             .find(|port| port.name == name)
-            .ok_or_else(|| self.no_port("in", name, &list(ports().map(|port| port.name.as_str()))))
+            .ok_or_else(|| {
+                self.no_port("in", name, &list(self.in_ports().map(|p| p.name.as_str())))
+            })
+    }
+
+    /// Its in-ports.
+    pub fn in_ports(&self) -> impl Iterator<Item = &Arc<InPort>> {
+        self.ports.iter().filter_map(|port| match port {
+            PortEnd::In(port) => Some(port),
+            PortEnd::Out(_) => None,
+        })
     }
 
     /// Its out-port with this name.
@@ -253,6 +263,8 @@ impl Component {
         let status = lock(&self.status);
         let identity = &self.identity;
         ComponentInfo {
+            defaults: self.module.parameters.clone(),
+            busy: self.hangs(),
             instance: identity.instance.clone(),
             type_name: self.module.type_name.clone(),
             system: identity.system.clone(),
@@ -271,6 +283,16 @@ impl Component {
             connectors: Vec::new(),
             bindings: Vec::new(),
         }
+    }
+
+    /// The call that has not returned for so long that somebody should know.
+    fn hangs(&self) -> Option<control::Busy> {
+        let Busy { call, since } = (*lock(&self.busy))?;
+        let running = since.elapsed();
+        (running >= HANGS).then(|| control::Busy {
+            callback: call.to_owned(),
+            milliseconds: running.as_millis().try_into().unwrap_or(u64::MAX),
+        })
     }
 
     fn state(&self) -> State {

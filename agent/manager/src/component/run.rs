@@ -140,6 +140,9 @@ impl<'a> Context<'a> {
     /// Carries out one request, unless its sender has given up. Returns the reply's way when it is to be deleted.
     fn obey(&mut self, command: Command) -> Option<Reply> {
         if Instant::now() >= command.deadline {
+            // Without an answer its sender might take the component for deleted.
+            let late = self.component.late("was busy until the request's deadline");
+            let _ = command.reply.send(Err(late));
             return None;
         }
         let result = match command.action {

@@ -9,19 +9,19 @@ use std::time::Instant;
 
 use jiff::Timestamp;
 use rts_manager_api::control::{CreateRequest, Failure};
+use rts_schemas::names::instance_name_problem;
+use rts_schemas::system::rate_problem;
 
 use super::{Component, Configuration, Identity, PERIODIC, Pending, PortEnd, State, Status, run};
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
 use crate::failure::{internal, invalid};
-use crate::log::LogFile;
+use crate::log_file::LogFile;
 use crate::manager::Manager;
 use crate::module::{Direction, Module};
 
 /// Requests that may wait for one component.
 const COMMANDS: usize = 128;
-/// Longest instance name in bytes.
-const MAX_NAME: usize = 255;
 
 /// Makes a component, makes it known under its name, and waits until it is initialised.
 pub fn spawn(
@@ -82,9 +82,9 @@ pub fn spawn(
 
 fn check(request: &CreateRequest) -> Result<(), Failure> {
     let name = &request.instance;
-    if name.is_empty() || name.len() > MAX_NAME || name.contains(|c: char| c.is_control()) {
+    if let Some(problem) = instance_name_problem(name) {
         return Err(invalid(format!(
-            "an instance name has 1 to {MAX_NAME} bytes and no control characters; this is {name:?}"
+            "the instance name {name:?} is refused: {problem}"
         )));
     }
     if request.execution_kind != PERIODIC {
@@ -102,15 +102,11 @@ fn check(request: &CreateRequest) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses rates that no thread can keep.
+/// Refuses what is no rate. One that no thread can keep is run as fast as it goes.
 pub fn check_rate(rate: f64) -> Result<(), Failure> {
-    if (0.001..=100_000.0).contains(&rate) {
-        Ok(())
-    } else {
-        Err(invalid(format!(
-            "the rate {rate} Hz is not between 0.001 and 100000 Hz"
-        )))
-    }
+    rate_problem(rate).map_or(Ok(()), |problem| {
+        Err(invalid(format!("the rate {rate} Hz is refused: {problem}")))
+    })
 }
 
 fn identity(request: &CreateRequest) -> Identity {

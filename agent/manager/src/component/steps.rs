@@ -28,8 +28,15 @@ impl Context<'_> {
                 otherwise,
             } => (callback, then, otherwise),
         };
+        let starts = then == State::Active;
+        if starts {
+            self.forget_samples();
+        }
         match self.instance.callback(number) {
             Ok(()) => {
+                if starts {
+                    self.forget_samples();
+                }
                 self.enter(then, None);
                 self.next = Instant::now();
                 Ok(())
@@ -46,6 +53,11 @@ impl Context<'_> {
                 ))
             }
         }
+    }
+
+    /// What was sent while it was not Active is not done when it is: old set points would move a robot late.
+    fn forget_samples(&self) {
+        self.component.in_ports().for_each(|port| port.clear());
     }
 
     fn refused(&self, why: &str) -> Failure {

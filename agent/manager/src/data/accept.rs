@@ -8,6 +8,7 @@ use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::Failure;
 use rts_manager_api::data::{DataHello, DataReply};
 use rts_manager_api::frame;
+use rts_manager_api::net::Timed;
 
 use super::ENCODING;
 use super::binding::{Bindings, End};
@@ -15,7 +16,6 @@ use super::receive::receive;
 use crate::events::Events;
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
-use crate::net::Timed;
 
 /// Time for the reply to leave.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -26,14 +26,14 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, bindings: &Bindings, events
         let closer = stream
             .try_clone()
             .map_err(|e| internal(format!("the connection cannot be kept: {e}")))?;
-        let source = end.open(Some(closer));
+        let source = end.open(Some(closer), events)?;
         Ok((end, source))
     });
     let reply = DataReply {
         result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
     };
     let mut timed = Timed::new(stream, Instant::now() + PATIENCE);
-    let sent = frame::write(&mut timed, &reply);
+    let sent = frame::write_answer(&mut timed, &reply);
     let Ok((end, source)) = opened else {
         return;
     };
@@ -41,7 +41,7 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, bindings: &Bindings, events
         .map_err(|e| e.to_string())
         .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()))
         .and_then(|()| receive(stream, &end.port, &source).map_err(|e| e.to_string()));
-    if source.close() {
+    if end.port.close(&source) {
         if let Err(reason) = ended {
             log::warn(format_args!("connector {}: {reason}", hello.connector));
         }

@@ -6,8 +6,10 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{Binding, BindingInfo, Failure};
 
-use super::in_port::{Counts, InPort, Source};
-use crate::failure::conflict;
+use super::in_port::InPort;
+use super::source::{Counts, Source};
+use crate::events::Events;
+use crate::failure::{conflict, not_found};
 use crate::sync::lock;
 
 /// Bindings of a manager that may exist at once.
@@ -21,7 +23,15 @@ pub struct End {
     pub incarnation: String,
     /// The in-port.
     pub port: Arc<InPort>,
-    source: Mutex<Option<Arc<Source>>>,
+    link: Mutex<Link>,
+}
+
+/// What an end is connected to.
+#[derive(Default)]
+struct Link {
+    source: Option<Arc<Source>>,
+    /// It was removed: nobody may connect to it any more.
+    removed: bool,
 }
 
 impl End {
@@ -31,29 +41,56 @@ impl End {
             binding,
             incarnation: incarnation.to_owned(),
             port: Arc::clone(port),
-            source: Mutex::default(),
+            link: Mutex::default(),
         }
     }
 
-    /// Takes a new source in; the newest wins, the former one is closed.
-    pub fn open(&self, stream: Option<UnixStream>) -> Arc<Source> {
+    /// Takes a new source in; the newest wins, the former one is closed. Refused when the end was removed.
+    pub fn open(
+        &self,
+        stream: Option<UnixStream>,
+        events: &Events,
+    ) -> Result<Arc<Source>, Failure> {
+        let mut link = lock(&self.link);
+        if link.removed {
+            return Err(not_found(format!(
+                "{}.{} does not expect the connector {} any more: it was unbound",
+                self.binding.instance, self.binding.port, self.binding.connector
+            )));
+        }
         let source = Arc::new(Source::new(stream));
-        if let Some(former) = lock(&self.source).replace(Arc::clone(&source)) {
-            former.close();
-        }
-        source
+        let former = link.source.replace(Arc::clone(&source));
+        drop(link);
+        self.end(former.as_ref(), "another source took its place", events);
+        Ok(source)
     }
 
-    /// Closes its source. True when that was one of this process, which then does not notice by itself.
-    pub fn close(&self) -> bool {
-        lock(&self.source)
-            .as_ref()
-            .is_some_and(|source| source.close() && source.is_direct())
+    /// Closes it for good, with its source.
+    pub fn close(&self, events: &Events) {
+        let source = {
+            let mut link = lock(&self.link);
+            link.removed = true;
+            link.source.clone()
+        };
+        let binding = &self.binding;
+        let reason = format!("its target {}.{} has gone", binding.instance, binding.port);
+        self.end(source.as_ref(), &reason, events);
+    }
+
+    /// Closes a source. One in this process has no connection that would break, so it is told here.
+    fn end(&self, source: Option<&Arc<Source>>, reason: &str, events: &Events) {
+        if let Some(source) = source
+            && self.port.close(source)
+            && source.is_direct()
+        {
+            let target = format!("connector/{}", self.binding.connector);
+            events.changed(target, reason.to_owned());
+        }
     }
 
     /// What the inventory shows.
     pub fn info(&self) -> BindingInfo {
-        let source = lock(&self.source).clone();
+        let source = lock(&self.link).source.clone();
         let counts = source.as_ref().map_or_else(Counts::default, |s| s.counts());
         BindingInfo {
             connector: self.binding.connector.clone(),
@@ -76,6 +113,7 @@ impl Bindings {
     pub fn add(
         &self,
         end: End,
+        events: &Events,
         allowed: impl FnOnce() -> Result<(), Failure>,
     ) -> Result<Arc<End>, Failure> {
         let mut ends = lock(&self.0);
@@ -84,7 +122,7 @@ impl Bindings {
             if former.binding == end.binding && former.incarnation == end.incarnation {
                 return Ok(Arc::clone(former));
             }
-            former.close();
+            former.close(events);
         } else if ends.len() >= MAX_BINDINGS {
             return Err(conflict(format!(
                 "there are {MAX_BINDINGS} bindings already"
@@ -135,12 +173,13 @@ mod tests {
 
     #[test]
     fn the_same_binding_keeps_its_connection_and_another_closes_it() {
-        let bindings = Bindings::default();
-        let first = bindings.add(end("in", "i1"), || Ok(())).unwrap();
-        let source = first.open(None);
-        bindings.add(end("in", "i1"), || Ok(())).unwrap();
+        let (bindings, events) = (Bindings::default(), Events::default());
+        let add = |end| bindings.add(end, &events, || Ok(())).unwrap();
+        let first = add(end("in", "i1"));
+        let source = first.open(None, &events).unwrap();
+        add(end("in", "i1"));
         assert!(source.is_open());
-        bindings.add(end("other", "i1"), || Ok(())).unwrap();
+        add(end("other", "i1"));
         assert!(!source.is_open());
         assert_eq!(bindings.all().len(), 1);
         assert_eq!(bindings.remove_of("i1").len(), 1);
@@ -149,11 +188,21 @@ mod tests {
 
     #[test]
     fn the_newest_source_wins() {
-        let end = end("in", "i1");
-        let first = end.open(None);
-        let second = end.open(None);
+        let (end, events) = (end("in", "i1"), Events::default());
+        let first = end.open(None, &events).unwrap();
+        let second = end.open(None, &events).unwrap();
         assert!(!first.is_open() && second.is_open());
-        assert!(end.close());
+        end.close(&events);
+        assert!(!second.is_open() && !end.info().connected);
+    }
+
+    #[test]
+    fn an_end_that_was_removed_takes_nobody_in() {
+        let (bindings, events) = (Bindings::default(), Events::default());
+        let end = bindings.add(end("in", "i1"), &events, || Ok(())).unwrap();
+        bindings.remove("c").unwrap().close(&events);
+        let refusal = end.open(None, &events).unwrap_err();
+        assert!(refusal.message.contains("it was unbound"), "{refusal}");
         assert!(!end.info().connected);
     }
 }

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex};
 use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
 
 use super::Payload;
-use super::in_port::{InPort, Source};
+use super::in_port::InPort;
 use super::outbox::Outbox;
+use super::source::Source;
 use crate::sync::lock;
 
 /// A connector. Its counters begin with its connection.
@@ -43,8 +44,8 @@ impl Link {
     fn close(&self) {
         match self {
             Self::Connecting | Self::Closed => {}
-            Self::Direct { source, .. } => {
-                source.close();
+            Self::Direct { port, source } => {
+                port.close(source);
             }
             Self::Socket(outbox) => outbox.close(),
         }

@@ -8,10 +8,10 @@ use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
 use rts_manager_api::data::{DataHello, DataReply};
 use rts_manager_api::frame::{self, FrameError};
+use rts_manager_api::net::{self, Timed};
 
 use super::ENCODING;
 use crate::failure::failure;
-use crate::net::{self, Timed};
 
 /// Time for dialling and for the other end's answer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -48,7 +48,8 @@ pub fn dial(
     let mut timed = Timed::new(&stream, until);
     frame::write(&mut timed, &Greeting::Data(hello))
         .map_err(|e| peer_failed("takes no greeting", e))?;
-    let reply: DataReply = frame::read(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
+    let reply: DataReply =
+        frame::read_answer(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
     reply.result?;
     Ok(stream)
 }

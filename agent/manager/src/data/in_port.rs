@@ -1,11 +1,11 @@
-//! An in-port: one bounded queue that several sources fill and the component reads.
+//! An in-port: a bounded queue for each source, and one reader, the component, that takes what arrived first.
 
-use std::net::Shutdown;
-use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
+use super::budget::{self, Budget};
 use super::queue::Queue;
+use super::source::Source;
 use super::{Payload, QUEUE_BYTES, QUEUE_LENGTH};
 use crate::sync::lock;
 
@@ -16,88 +16,42 @@ pub struct InPort {
     pub name: String,
     /// IDL repository id.
     pub data_type: String,
-    queue: Mutex<Queue<Sample>>,
+    waiting: Mutex<Waiting>,
+}
+
+/// Samples that wait to be read.
+#[derive(Debug, Default)]
+struct Waiting {
+    /// Number of the next arrival.
+    arrivals: u64,
+    /// The running callback sees arrivals before this one.
+    horizon: u64,
+    /// By address of the source, which its lane keeps alive.
+    lanes: BTreeMap<usize, Lane>,
+    /// Arrival number of the first sample of each lane that has one.
+    firsts: BTreeSet<(u64, usize)>,
+}
+
+#[derive(Debug)]
+struct Lane {
+    source: Arc<Source>,
+    queue: Queue<Sample>,
 }
 
 #[derive(Debug)]
 struct Sample {
-    source: Arc<Source>,
+    arrival: u64,
     sequence: u64,
     payload: Payload,
 }
 
-/// One connection of a connector to an in-port. Its writer numbers samples from 1; its counters begin with it.
-#[derive(Debug)]
-pub struct Source {
-    /// The socket it comes from; none inside a process.
-    stream: Option<UnixStream>,
-    open: AtomicBool,
-    next: AtomicU64,
-    received: AtomicU64,
-    drops: AtomicU64,
-    gaps: AtomicU64,
-}
-
-/// Counters of a source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
-    /// Samples that the component has read.
-    pub received: u64,
-    /// Samples dropped from the queue.
-    pub drops: u64,
-    /// Jumps in the sequence that the reader saw.
-    pub gaps: u64,
-}
-
-impl Source {
-    /// A new connection.
-    pub fn new(stream: Option<UnixStream>) -> Self {
-        Self {
-            stream,
-            open: AtomicBool::new(true),
-            next: AtomicU64::new(1),
-            received: AtomicU64::new(0),
-            drops: AtomicU64::new(0),
-            gaps: AtomicU64::new(0),
-        }
-    }
-
-    /// False once it was closed.
-    pub fn is_open(&self) -> bool {
-        self.open.load(Ordering::Acquire)
-    }
-
-    /// True when both ends are in this process.
-    pub fn is_direct(&self) -> bool {
-        self.stream.is_none()
-    }
-
-    /// Closes it; true when it was open.
-    pub fn close(&self) -> bool {
-        let was_open = self.open.swap(false, Ordering::AcqRel);
-        if let (true, Some(stream)) = (was_open, &self.stream) {
-            let _ = stream.shutdown(Shutdown::Both);
-        }
-        was_open
-    }
-
-    /// Its counters now.
-    pub fn counts(&self) -> Counts {
-        Counts {
-            received: self.received.load(Ordering::Acquire),
-            drops: self.drops.load(Ordering::Relaxed),
-            gaps: self.gaps.load(Ordering::Relaxed),
-        }
-    }
-}
-
 impl InPort {
-    /// An in-port with an empty queue.
+    /// An in-port with nothing to read.
     pub fn new(name: &str, data_type: &str) -> Self {
         Self {
             name: name.to_owned(),
             data_type: data_type.to_owned(),
-            queue: Mutex::new(Queue::new(QUEUE_LENGTH, QUEUE_BYTES)),
+            waiting: Mutex::default(),
         }
     }
 
@@ -110,37 +64,116 @@ impl InPort {
         payload: Payload,
         queued: impl FnOnce(),
     ) -> bool {
-        let size = payload.len();
-        let sample = Sample {
-            source: Arc::clone(source),
-            sequence,
-            payload,
-        };
-        let mut queue = lock(&self.queue);
+        let mut waiting = lock(&self.waiting);
         if !source.is_open() {
             return false;
         }
-        queue.push(sample, size, |oldest| {
-            oldest.source.drops.fetch_add(1, Ordering::Relaxed);
-        });
+        waiting.push(source, sequence, payload);
         queued();
         true
     }
 
-    /// Takes the oldest sample and counts it at its source.
+    /// A callback begins: it may read what has arrived by now. So a loop that reads all ends, however fast the
+    /// producers are.
+    pub fn begin(&self) {
+        let mut waiting = lock(&self.waiting);
+        waiting.horizon = waiting.arrivals;
+    }
+
+    /// Takes the oldest sample that the running callback may see, and counts it at its source.
     pub fn read(&self) -> Option<Payload> {
-        let sample = lock(&self.queue).pop()?;
-        let source = &sample.source;
-        let expected = source
-            .next
-            .swap(sample.sequence.saturating_add(1), Ordering::Relaxed);
-        if sample.sequence > expected {
-            source.gaps.fetch_add(1, Ordering::Relaxed);
+        lock(&self.waiting).read()
+    }
+
+    /// Drops what waits: it came before the reader was there to act on it.
+    pub fn clear(&self) {
+        for lane in lock(&self.waiting).take_lanes() {
+            lane.skip();
         }
-        source.received.fetch_add(1, Ordering::Release);
-        Some(sample.payload)
+    }
+
+    /// Closes a source and drops what waits from it. True when it was open.
+    pub fn close(&self, source: &Arc<Source>) -> bool {
+        // Under the lock, so that nothing is pushed afterwards.
+        let mut waiting = lock(&self.waiting);
+        let was_open = source.close();
+        if let Some(lane) = waiting.take_lane(key(source)) {
+            lane.skip();
+        }
+        was_open
     }
 }
+
+/// Names a source as long as it lives.
+fn key(source: &Arc<Source>) -> usize {
+    Arc::as_ptr(source).addr()
+}
+
+impl Waiting {
+    fn push(&mut self, source: &Arc<Source>, sequence: u64, payload: Payload) {
+        let key = key(source);
+        let lane = self.lanes.entry(key).or_insert_with(|| Lane {
+            source: Arc::clone(source),
+            queue: Queue::new(QUEUE_LENGTH, QUEUE_BYTES, BUDGET),
+        });
+        let size = payload.len();
+        let sample = Sample {
+            arrival: self.arrivals,
+            sequence,
+            payload,
+        };
+        self.arrivals += 1;
+        let before = lane.first();
+        lane.queue.push(sample, size, |_| source.count_drop());
+        let after = lane.first();
+        if before != after {
+            self.firsts.extend(after.map(|arrival| (arrival, key)));
+            if let Some(arrival) = before {
+                self.firsts.remove(&(arrival, key));
+            }
+        }
+    }
+
+    fn read(&mut self) -> Option<Payload> {
+        let &(arrival, key) = self.firsts.first()?;
+        if arrival >= self.horizon {
+            return None;
+        }
+        self.firsts.remove(&(arrival, key));
+        let lane = self.lanes.get_mut(&key)?;
+        let sample = lane.queue.pop()?;
+        self.firsts.extend(lane.first().map(|first| (first, key)));
+        lane.source.count_read(sample.sequence);
+        Some(sample.payload)
+    }
+
+    fn take_lane(&mut self, key: usize) -> Option<Lane> {
+        let lane = self.lanes.remove(&key)?;
+        if let Some(arrival) = lane.first() {
+            self.firsts.remove(&(arrival, key));
+        }
+        Some(lane)
+    }
+
+    fn take_lanes(&mut self) -> impl Iterator<Item = Lane> + use<> {
+        self.firsts.clear();
+        std::mem::take(&mut self.lanes).into_values()
+    }
+}
+
+impl Lane {
+    fn first(&self) -> Option<u64> {
+        self.queue.first().map(|sample| sample.arrival)
+    }
+
+    fn skip(mut self) {
+        while let Some(sample) = self.queue.pop() {
+            self.source.count_skipped(sample.sequence);
+        }
+    }
+}
+
+const BUDGET: &Budget = &budget::PROCESS;
 
 #[cfg(test)]
 mod tests {
@@ -150,44 +183,76 @@ mod tests {
         (InPort::new("in", "T"), Arc::new(Source::new(None)))
     }
 
-    fn read_all(port: &InPort) -> usize {
-        std::iter::from_fn(|| port.read()).count()
+    fn send(port: &InPort, source: &Arc<Source>, sequences: std::ops::RangeInclusive<u64>) {
+        for sequence in sequences {
+            let payload = Payload::copy_from_slice(&sequence.to_be_bytes());
+            assert!(port.push(source, sequence, payload, || ()));
+        }
+    }
+
+    fn read_all(port: &InPort) -> Vec<u64> {
+        port.begin();
+        let number = |payload: Payload| u64::from_be_bytes(payload[..].try_into().unwrap());
+        std::iter::from_fn(|| port.read()).map(number).collect()
     }
 
     #[test]
     fn an_overflow_drops_the_oldest_and_is_seen_as_one_gap() {
         let (port, source) = port();
-        for sequence in 1..=70 {
-            assert!(port.push(&source, sequence, Payload::from_static(b"x"), || ()));
-        }
-        assert_eq!(read_all(&port), QUEUE_LENGTH);
+        send(&port, &source, 1..=70);
+        assert_eq!(read_all(&port), (7..=70).collect::<Vec<_>>());
         let counts = source.counts();
         assert_eq!((counts.received, counts.drops, counts.gaps), (64, 6, 1));
     }
 
     #[test]
-    fn sources_are_counted_apart_and_a_new_one_starts_without_a_gap() {
-        let (port, first) = port();
-        let second = Arc::new(Source::new(None));
-        for sequence in 1..=3 {
-            port.push(&first, sequence, Payload::new(), || ());
-            port.push(&second, sequence, Payload::new(), || ());
-        }
-        first.close();
-        let again = Arc::new(Source::new(None));
-        port.push(&again, 1, Payload::new(), || ());
-        assert_eq!(read_all(&port), 7);
-        assert_eq!(first.counts().received, 3);
-        assert_eq!(second.counts().received, 3);
-        assert_eq!((again.counts().received, again.counts().gaps), (1, 0));
+    fn a_fast_source_takes_no_room_from_a_slow_one_and_the_oldest_is_read_first() {
+        let (port, slow) = port();
+        let fast = Arc::new(Source::new(None));
+        send(&port, &slow, 1000..=1000);
+        send(&port, &fast, 1..=100);
+        send(&port, &slow, 1001..=1001);
+        let expected: Vec<_> = [1000].into_iter().chain(37..=100).chain([1001]).collect();
+        assert_eq!(read_all(&port), expected);
+        assert_eq!((slow.counts().drops, fast.counts().drops), (0, 36));
     }
 
     #[test]
-    fn a_closed_source_cannot_push() {
+    fn what_arrives_during_a_callback_is_for_the_next_one() {
         let (port, source) = port();
-        assert!(source.close());
-        assert!(!source.close());
-        assert!(!port.push(&source, 1, Payload::new(), || panic!("must not be counted")));
+        send(&port, &source, 1..=2);
+        assert!(port.read().is_none(), "no callback has begun");
+        port.begin();
+        assert!(port.read().is_some());
+        send(&port, &source, 3..=3);
+        assert!(port.read().is_some());
         assert!(port.read().is_none());
+        assert_eq!(read_all(&port), [3]);
+    }
+
+    #[test]
+    fn what_waited_is_cleared_as_drops_without_a_gap() {
+        let (port, source) = port();
+        send(&port, &source, 1..=5);
+        port.clear();
+        assert!(read_all(&port).is_empty());
+        send(&port, &source, 6..=7);
+        assert_eq!(read_all(&port), [6, 7]);
+        let counts = source.counts();
+        assert_eq!((counts.received, counts.drops, counts.gaps), (2, 5, 0));
+    }
+
+    #[test]
+    fn a_closed_source_takes_its_samples_with_it_and_cannot_push() {
+        let (port, first) = port();
+        let second = Arc::new(Source::new(None));
+        send(&port, &first, 1..=3);
+        send(&port, &second, 11..=13);
+        assert!(port.close(&first));
+        assert!(!port.close(&first));
+        assert!(!port.push(&first, 4, Payload::new(), || panic!("must not be counted")));
+        assert_eq!(read_all(&port), [11, 12, 13]);
+        assert_eq!((first.counts().received, first.counts().drops), (0, 3));
+        assert_eq!(second.counts().drops, 0);
     }
 }

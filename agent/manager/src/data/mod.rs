@@ -4,6 +4,7 @@
 
 pub mod accept;
 pub mod binding;
+mod budget;
 pub mod connector;
 pub mod dial;
 pub mod in_port;
@@ -11,6 +12,7 @@ pub mod out_port;
 pub mod outbox;
 pub mod queue;
 pub mod receive;
+pub mod source;
 
 /// The payload of a sample, shared by all connectors that it goes to.
 pub type Payload = bytes::Bytes;

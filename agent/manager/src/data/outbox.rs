@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustix::event::{EventfdFlags, PollFd, PollFlags, eventfd, poll};
 
+use super::budget;
 use super::queue::Queue;
 use super::{Payload, QUEUE_BYTES, QUEUE_LENGTH};
 use crate::sync::lock;
@@ -30,7 +31,7 @@ impl Outbox {
     pub fn new(stream: UnixStream) -> io::Result<Self> {
         stream.set_write_timeout(None)?;
         Ok(Self {
-            queue: Mutex::new(Queue::new(QUEUE_LENGTH, QUEUE_BYTES)),
+            queue: Mutex::new(Queue::new(QUEUE_LENGTH, QUEUE_BYTES, &budget::PROCESS)),
             filled: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             stream,
             closed: AtomicBool::new(false),
@@ -128,8 +129,9 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::data::in_port::{InPort, Source};
+    use crate::data::in_port::InPort;
     use crate::data::receive::receive;
+    use crate::data::source::Source;
 
     #[test]
     fn samples_of_all_sizes_pass_and_both_ends_notice_the_end() {
@@ -152,6 +154,7 @@ mod tests {
         }
         for size in sizes {
             let payload = loop {
+                port.begin();
                 match port.read() {
                     Some(payload) => break payload,
                     None => thread::yield_now(),

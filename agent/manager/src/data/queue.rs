@@ -2,23 +2,27 @@
 
 use std::collections::VecDeque;
 
-/// Bounded in items and in bytes.
+use super::budget::Budget;
+
+/// Bounded in items and in bytes, and by a budget that it shares with others.
 #[derive(Debug)]
 pub struct Queue<T> {
     items: VecDeque<(T, usize)>,
     bytes: usize,
     max_items: usize,
     max_bytes: usize,
+    budget: &'static Budget,
 }
 
 impl<T> Queue<T> {
     /// An empty queue.
-    pub fn new(max_items: usize, max_bytes: usize) -> Self {
+    pub fn new(max_items: usize, max_bytes: usize, budget: &'static Budget) -> Self {
         Self {
             items: VecDeque::new(),
             bytes: 0,
             max_items,
             max_bytes,
+            budget,
         }
     }
 
@@ -27,13 +31,23 @@ impl<T> Queue<T> {
         self.items.is_empty()
     }
 
-    /// Appends an item of `size` bytes; what must go for it is handed to `dropped`, oldest first.
+    /// The oldest item.
+    pub fn first(&self) -> Option<&T> {
+        self.items.front().map(|(item, _)| item)
+    }
+
+    /// Appends an item of `size` bytes; what must go for it is handed to `dropped`, oldest first. The item itself is,
+    /// when others hold the whole budget.
     pub fn push(&mut self, item: T, size: usize, mut dropped: impl FnMut(T)) {
-        while !self.items.is_empty()
-            && (self.items.len() >= self.max_items || self.bytes + size > self.max_bytes)
-        {
-            if let Some(oldest) = self.pop() {
-                dropped(oldest);
+        loop {
+            let full = self.items.len() >= self.max_items
+                || (self.bytes + size > self.max_bytes && !self.is_empty());
+            if !full && self.budget.take(size) {
+                break;
+            }
+            match self.pop() {
+                Some(oldest) => dropped(oldest),
+                None => return dropped(item),
             }
         }
         self.bytes += size;
@@ -44,7 +58,14 @@ impl<T> Queue<T> {
     pub fn pop(&mut self) -> Option<T> {
         let (item, size) = self.items.pop_front()?;
         self.bytes -= size;
+        self.budget.give(size);
         Some(item)
+    }
+}
+
+impl<T> Drop for Queue<T> {
+    fn drop(&mut self) {
+        self.budget.give(self.bytes);
     }
 }
 
@@ -53,12 +74,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    static PLENTY: Budget = Budget::new(1 << 20);
+
     proptest! {
         #[test]
         fn what_comes_out_is_what_went_in_without_the_dropped(
             steps in prop::collection::vec(prop::option::of(0_usize..40), 0..200)
         ) {
-            let mut queue = Queue::new(4, 60);
+            let mut queue = Queue::new(4, 60, &PLENTY);
             let (mut pushed, mut out, mut dropped) = (0, Vec::new(), Vec::new());
             for step in steps {
                 match step {
@@ -84,7 +107,7 @@ mod tests {
 
     #[test]
     fn an_item_above_the_byte_bound_is_kept_alone() {
-        let mut queue = Queue::new(4, 10);
+        let mut queue = Queue::new(4, 10, &PLENTY);
         let mut dropped = 0;
         queue.push('a', 1, |_| dropped += 1);
         queue.push('b', 100, |_| dropped += 1);
@@ -92,5 +115,21 @@ mod tests {
             (dropped, queue.pop(), queue.is_empty()),
             (1, Some('b'), true)
         );
+    }
+
+    #[test]
+    fn queues_share_a_budget_and_give_it_back() {
+        static SHARED: Budget = Budget::new(10);
+        let (mut one, mut two) = (Queue::new(4, 10, &SHARED), Queue::new(4, 10, &SHARED));
+        let mut dropped = Vec::new();
+        one.push('a', 8, |item| dropped.push(item));
+        two.push('b', 2, |item| dropped.push(item));
+        two.push('c', 3, |item| dropped.push(item));
+        assert_eq!(dropped, ['b', 'c']);
+        drop(one);
+        two.push('d', 10, |item| dropped.push(item));
+        assert_eq!((dropped.len(), two.first()), (2, Some(&'d')));
+        two.pop();
+        assert!(SHARED.take(10));
     }
 }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use rts_manager_api::data::MAX_SAMPLE;
 
 use super::Payload;
-use super::in_port::{InPort, Source};
+use super::in_port::InPort;
+use super::source::Source;
 
 /// Memory for a sample is taken in steps of this size as its bytes arrive, not on the word of its sender.
 const STEP: usize = 64 * 1024;

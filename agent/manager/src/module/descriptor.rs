@@ -21,6 +21,9 @@ pub enum DescriptorError {
     /// The entry function returned no descriptor.
     #[error("its descriptor is a null pointer")]
     Null,
+    /// Not an address that a descriptor can have.
+    #[error("its descriptor is at the address {0:#x}, which is not aligned")]
+    Unaligned(usize),
     /// Another version of the ABI.
     #[error(
         "it was built for version {0} of the module interface, this manager knows version {ABI_VERSION}"
@@ -111,6 +114,9 @@ pub unsafe fn describe(
 unsafe fn check_head(module: *const abi::Module) -> Result<(), DescriptorError> {
     if module.is_null() {
         return Err(DescriptorError::Null);
+    }
+    if !module.is_aligned() {
+        return Err(DescriptorError::Unaligned(module.addr()));
     }
     let base = module.cast::<u8>();
     // SAFETY: version and size are the first fields of every version of the descriptor.
@@ -325,6 +331,10 @@ mod tests {
         // SAFETY: null is what is being tested.
         let error = unsafe { describe(std::ptr::null(), "Filter", "x") }.unwrap_err();
         assert_eq!(error, DescriptorError::Null);
+
+        // SAFETY: only the address is looked at.
+        let error = unsafe { describe(std::ptr::without_provenance(0x1001), "Filter", "x") };
+        assert_eq!(error.unwrap_err(), DescriptorError::Unaligned(0x1001));
 
         let mut bytes = [0_u64; size_of::<abi::Module>() / 8];
         let base = bytes.as_mut_ptr().cast::<u32>();

@@ -5,6 +5,7 @@
 #![allow(unsafe_code)]
 
 mod descriptor;
+pub mod loading;
 
 use std::collections::BTreeMap;
 use std::mem::ManuallyDrop;

@@ -29,13 +29,15 @@ fn add_end(manager: &Manager, binding: Binding) -> Result<Arc<End>, Failure> {
     let component = manager.component(&binding.instance)?;
     let port = component.in_port(&binding.port)?;
     let end = End::new(binding, &component.identity.incarnation, port);
-    manager.bindings.add(end, || component.check_stays())
+    manager
+        .bindings
+        .add(end, &manager.events, || component.check_stays())
 }
 
 /// Removes an in-port end.
 pub fn unbind(manager: &Manager, connector: &str) -> ResponseBody {
     if let Some(end) = manager.bindings.remove(connector) {
-        manager.close_end(&end);
+        end.close(&manager.events);
     }
     ResponseBody::Done
 }
@@ -155,7 +157,7 @@ fn direct(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Resul
     )?;
     Ok(Link::Direct {
         port: Arc::clone(&end.port),
-        source: end.open(None),
+        source: end.open(None, &manager.events)?,
     })
 }
 

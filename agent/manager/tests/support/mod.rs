@@ -55,12 +55,18 @@ pub fn command(dir: &Path, name: &str) -> Command {
 
 /// Starts a manager and waits until its socket is there.
 pub fn start(name: &str) -> Running {
+    start_with(name, &[])
+}
+
+/// Starts a manager with further variables in its environment.
+pub fn start_with(name: &str, variables: &[(&str, &str)]) -> Running {
     let home = tempfile::Builder::new()
         .prefix("rtm")
         .tempdir_in("/tmp")
         .unwrap();
     let dir = home.path().join("m");
-    let child = command(&dir, name).spawn().unwrap();
+    let mut command = command(&dir, name);
+    let child = command.envs(variables.iter().copied()).spawn().unwrap();
     let running = Running {
         child,
         dir,
@@ -259,7 +265,7 @@ impl Listener {
             body: RequestBody::Factories,
         };
         frame::write(listener.0.get_mut(), &request).unwrap();
-        let answer: FromManager = frame::read(&mut listener.0).unwrap();
+        let answer: FromManager = frame::read_answer(&mut listener.0).unwrap();
         assert!(matches!(answer, FromManager::Response(_)));
         listener
     }
@@ -267,7 +273,7 @@ impl Listener {
     /// The next event of a target.
     pub fn event(&mut self, target: &str) -> String {
         loop {
-            if let FromManager::Changed(changed) = frame::read(&mut self.0).unwrap()
+            if let FromManager::Changed(changed) = frame::read_answer(&mut self.0).unwrap()
                 && changed.target == target
             {
                 return changed.message;

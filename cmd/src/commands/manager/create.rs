@@ -55,6 +55,10 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         wanted.request.type_name, place.manager
     );
     let made = made.map_err(CliError::request(what))?;
+    if !place.runs {
+        let text = format!("rtsctl: manager/{} did not run: started it", made.manager);
+        session.out.say(&text);
+    }
     session.out.result(&format!(
         "component/{} created in manager/{} on node/{}",
         made.instance, made.manager, made.node

@@ -13,9 +13,12 @@ pub struct Place {
     pub node: String,
     /// Display name (`hello.main`).
     pub manager: String,
+    /// It runs; one that does not is started by what is asked of it.
+    pub runs: bool,
 }
 
-/// The manager of a display name, else of a short name; one that is not there yet is meant to be started.
+/// The manager of a display name; one that is not there yet is meant to be started. A system's manager is meant only by
+/// its whole name: nothing by hand lands in a system's process by accident.
 pub async fn manager(
     controller: &Controller,
     name: &str,
@@ -31,6 +34,7 @@ pub async fn manager(
             Ok(Place {
                 node,
                 manager: name.to_owned(),
+                runs: false,
             })
         }
     }
@@ -67,24 +71,16 @@ async fn managers(controller: &Controller) -> Result<Vec<Manager>, CliError> {
 }
 
 fn choose(managers: &[Manager], name: &str, node: Option<&str>) -> Result<Option<Place>, CliError> {
-    let fits = |short: bool| {
-        let fits_name = move |full: &str| {
-            full == name || (short && full.rsplit_once('.').is_some_and(|(_, last)| last == name))
-        };
-        let found = managers.iter().filter(|m| on(m, node));
-        found
-            .filter(|m| fits_name(&m.metadata.name))
-            .cloned()
-            .collect::<Vec<_>>()
-    };
-    let exact = fits(false);
-    let found = if exact.is_empty() { fits(true) } else { exact };
+    let found = managers
+        .iter()
+        .filter(|m| on(m, node) && m.metadata.name == name);
+    let found: Vec<_> = found.cloned().collect();
     match found.as_slice() {
         [] => Ok(None),
         [manager] => Ok(Some(place_of(manager))),
         _ => Err(CliError::usage_help(
             format!("manager/{name} could be any of {}", names(&found)),
-            "write its whole name, or name its node with --node",
+            "name its node with --node",
         )),
     }
 }
@@ -97,6 +93,7 @@ fn place_of(manager: &Manager) -> Place {
     Place {
         node: manager.status.node.clone(),
         manager: manager.metadata.name.clone(),
+        runs: true,
     }
 }
 
@@ -134,23 +131,22 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_name_wins_and_a_short_one_must_be_clear() {
+    fn a_systems_manager_is_meant_only_by_its_whole_name() {
         let managers = [
-            manager_named("main", "local"),
             manager_named("hello.main", "local"),
-            manager_named("hello.arm", "local"),
-            manager_named("bye.arm", "arm1"),
+            manager_named("bench", "local"),
+            manager_named("bench", "arm1"),
         ];
         let choose = |name, node| choose(&managers, name, node);
-        let manager = |name, node| choose(name, node).unwrap().unwrap().manager;
-        assert_eq!(manager("main", None), "main");
-        assert_eq!(manager("hello.main", None), "hello.main");
-        assert_eq!(manager("arm", Some("arm1")), "bye.arm");
-        assert_eq!(choose("leg", None).unwrap(), None);
-        let error = choose("arm", None).unwrap_err().to_string();
+        let manager = |name, node| choose(name, node).unwrap().map(|place| place.manager);
+        assert_eq!(manager("main", None), None);
+        assert_eq!(manager("hello.main", None).as_deref(), Some("hello.main"));
+        assert_eq!(choose("bench", Some("arm1")).unwrap().unwrap().node, "arm1");
+        assert_eq!(manager("leg", None), None);
+        let error = choose("bench", None).unwrap_err().to_string();
         assert_eq!(
             error,
-            "manager/arm could be any of hello.arm on local, bye.arm on arm1"
+            "manager/bench could be any of bench on local, bench on arm1"
         );
     }
 }

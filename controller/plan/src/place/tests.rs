@@ -181,3 +181,26 @@ fn digest_survives_the_way_over_json() {
         assert_eq!(digest(spec).len(), 64);
     }
 }
+
+#[test]
+fn manager_names_follow_the_rule_of_all_and_never_fall_together() {
+    for good in ["main", "arm.left", "M_1", &"m".repeat(63)] {
+        assert_eq!(sanitise(good), good);
+    }
+    let bad = [
+        "a b",
+        "a-b ",
+        "左腕",
+        "右腕",
+        "../../evil",
+        "-x",
+        &"m".repeat(200),
+        "",
+    ];
+    let made: BTreeSet<String> = bad.into_iter().map(sanitise).collect();
+    assert_eq!(made.len(), bad.len());
+    assert!(
+        made.iter().all(|name| names::is_manager_name(name)),
+        "{made:?}"
+    );
+}

@@ -7,6 +7,7 @@ use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
 };
 use rts_plan::plan::{Plan, Step, StepId, Work};
+use rts_plan::target::on;
 use rts_schemas::system::{Condition, SendingTiming, WaitFor};
 
 use super::World;
@@ -66,7 +67,7 @@ impl World {
             if (chance.fails)(step) {
                 lost.insert(step.id);
                 let reason = format!("{} failed", step.work.kind());
-                run.failed.insert(step.target.clone(), reason);
+                run.failed.insert(on(&step.node, &step.target), reason);
                 continue;
             }
             self.step(step, plan).map_err(|why| {
@@ -166,7 +167,7 @@ impl World {
                 manager,
                 incarnation,
             } => {
-                let process = self.manager(node, manager)?;
+                let process = self.process(node, manager)?;
                 check(
                     process.incarnation == *incarnation,
                     "another start is meant",
@@ -396,11 +397,16 @@ impl World {
     }
 
     fn manager(&mut self, node: &str, key: &ManagerKey) -> Result<&mut ManagerObserved, Broken> {
-        let inventory = self.nodes.get_mut(node).ok_or("no such node")?;
-        let manager = inventory.managers.iter_mut().find(|m| m.key == *key);
-        let manager = manager.ok_or_else(|| format!("no process {}", key.display_name()))?;
+        let manager = self.process(node, key)?;
         check(manager.responsive, "the process does not answer")?;
         Ok(manager)
+    }
+
+    /// One that may be silent.
+    fn process(&mut self, node: &str, key: &ManagerKey) -> Result<&mut ManagerObserved, Broken> {
+        let inventory = self.nodes.get_mut(node).ok_or("no such node")?;
+        let manager = inventory.managers.iter_mut().find(|m| m.key == *key);
+        manager.ok_or_else(|| format!("no process {}", key.display_name()))
     }
 
     fn find(

@@ -224,6 +224,8 @@ impl World {
             restarts: 0,
             created: "2026-01-01T00:00:00Z".to_owned(),
             configuration: Configuration::default(),
+            defaults: BTreeMap::new(),
+            hangs: None,
             execution_kind: ExecutionKind::Periodic,
             rate: 1000.0,
             executions: 0,

@@ -4,15 +4,16 @@ use std::collections::{BTreeMap, HashSet};
 use std::net::IpAddr;
 
 use super::connector::{data_type_of, direction_of};
+use super::managers::{Managers, endpoint};
 use crate::diagnostic::{Finding, Report};
 use crate::names;
 use crate::placement::{self, PREFIX, parse_bool};
 use crate::rts_profile::ReadProfile;
-use crate::rts_profile::ior::{self, Endpoint};
-use crate::rts_profile::model::{self, Component};
+use crate::rts_profile::ior::Endpoint;
+use crate::rts_profile::model::Component;
 use crate::system::{
     ComponentSpec, Configuration, ExecutionContextSpec, ExecutionKind, Placement, Policy, PortKind,
-    PortSpec,
+    PortSpec, rate_problem,
 };
 
 pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<ComponentSpec> {
@@ -134,17 +135,10 @@ fn execution_kind(kind: &str) -> ExecutionKind {
     }
 }
 
-/// Hz, finite and above 0.
+/// Hz, in the range that this version runs.
 pub(crate) fn parse_rate(text: &str) -> Option<f64> {
-    text.trim()
-        .parse::<f64>()
-        .ok()
-        .filter(|rate| rate.is_finite() && *rate > 0.0)
-}
-
-fn endpoint(component: &Component) -> Option<Endpoint> {
-    let ior = model::property_value(&component.properties, "IOR")?;
-    ior::endpoint(&ior.value)
+    let rate = text.trim().parse::<f64>().ok()?;
+    rate_problem(rate).is_none().then_some(rate)
 }
 
 /// The name server's host, unless that is this machine's own; then the host where the process ran.
@@ -181,32 +175,6 @@ fn is_loopback(host: &str) -> bool {
         || host
             .parse::<IpAddr>()
             .is_ok_and(|address| address.is_loopback() || address.is_unspecified())
-}
-
-/// Processes as the references show them: same host and port, same process.
-struct Managers {
-    groups: Vec<Endpoint>,
-}
-
-impl Managers {
-    fn of(components: &[Component]) -> Self {
-        let mut groups = Vec::new();
-        for endpoint in components.iter().filter_map(endpoint) {
-            if !groups.contains(&endpoint) {
-                groups.push(endpoint);
-            }
-        }
-        Self { groups }
-    }
-
-    /// `m1`, `m2`, … in the order of the file; one process alone is the default manager.
-    fn name(&self, endpoint: &Endpoint) -> Option<String> {
-        if self.groups.len() < 2 {
-            return None;
-        }
-        let index = self.groups.iter().position(|group| group == endpoint)?;
-        Some(format!("m{}", index + 1))
-    }
 }
 
 fn placement_keys(
@@ -258,7 +226,8 @@ mod tests {
     #[test]
     fn rates() {
         assert_eq!(parse_rate(" 1000.0 "), Some(1000.0));
-        for bad in ["0", "-1", "NaN", "inf", "", "fast"] {
+        assert_eq!(parse_rate("1000000"), Some(1e6));
+        for bad in ["0", "-1", "NaN", "inf", "", "fast", "0.0001", "1e9"] {
             assert_eq!(parse_rate(bad), None);
         }
     }

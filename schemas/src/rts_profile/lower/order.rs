@@ -22,7 +22,7 @@ pub(super) fn orders(read: &ReadProfile) -> Orders {
 }
 
 /// One condition of the file; two when it has both a time and predecessors, since conditions are ANDed.
-fn conditions(condition: &model::Condition) -> Vec<Condition> {
+pub(super) fn conditions(condition: &model::Condition) -> Vec<Condition> {
     let target = condition
         .target
         .as_ref()

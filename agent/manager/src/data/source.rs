@@ -1,0 +1,114 @@
+//! One connection of a connector to an in-port, as its reader sees it.
+
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use crate::sync::lock;
+
+/// A connection. Its writer numbers samples from 1; its counters begin with it.
+#[derive(Debug)]
+pub struct Source {
+    /// The socket that it comes from, until it is closed; a dead source must hold no file descriptor.
+    stream: Mutex<Option<UnixStream>>,
+    direct: bool,
+    open: AtomicBool,
+    next: AtomicU64,
+    received: AtomicU64,
+    drops: AtomicU64,
+    gaps: AtomicU64,
+}
+
+/// Counters of a source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Samples that the component has read.
+    pub received: u64,
+    /// Samples dropped from the queue.
+    pub drops: u64,
+    /// Jumps in the sequence that the reader saw.
+    pub gaps: u64,
+}
+
+impl Source {
+    /// A new connection; without a stream, one inside this process.
+    pub fn new(stream: Option<UnixStream>) -> Self {
+        Self {
+            direct: stream.is_none(),
+            stream: Mutex::new(stream),
+            open: AtomicBool::new(true),
+            next: AtomicU64::new(1),
+            received: AtomicU64::new(0),
+            drops: AtomicU64::new(0),
+            gaps: AtomicU64::new(0),
+        }
+    }
+
+    /// False once it was closed.
+    pub fn is_open(&self) -> bool {
+        self.open.load(Ordering::Acquire)
+    }
+
+    /// True when both ends are in this process.
+    pub fn is_direct(&self) -> bool {
+        self.direct
+    }
+
+    /// Closes it; true when it was open. For the in-port, which then lets its samples go.
+    pub(super) fn close(&self) -> bool {
+        if let Some(stream) = lock(&self.stream).take() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+        self.open.swap(false, Ordering::AcqRel)
+    }
+
+    /// Counts a sample that was read.
+    pub(super) fn count_read(&self, sequence: u64) {
+        let expected = self
+            .next
+            .swap(sequence.saturating_add(1), Ordering::Relaxed);
+        if sequence > expected {
+            self.gaps.fetch_add(1, Ordering::Relaxed);
+        }
+        self.received.fetch_add(1, Ordering::Release);
+    }
+
+    /// Counts a sample that had to go for another.
+    pub(super) fn count_drop(&self) {
+        self.drops.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Counts a sample that its reader was not to see: no gap for it, as its reading starts afterwards.
+    pub(super) fn count_skipped(&self, sequence: u64) {
+        self.next
+            .store(sequence.saturating_add(1), Ordering::Relaxed);
+        self.count_drop();
+    }
+
+    /// Its counters now.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            received: self.received.load(Ordering::Acquire),
+            drops: self.drops.load(Ordering::Relaxed),
+            gaps: self.gaps.load(Ordering::Relaxed),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn a_source_that_died_holds_no_file_descriptor() {
+        let (ours, mut theirs) = UnixStream::pair().unwrap();
+        let source = Source::new(Some(ours));
+        assert!(source.close());
+        assert!(!source.close());
+        assert_eq!(theirs.read(&mut [0]).unwrap(), 0);
+        assert!(lock(&source.stream).is_none());
+        assert!(!source.is_direct());
+    }
+}

@@ -1,0 +1,31 @@
+//! Describing a module, in a process that does nothing else: its initialisers may hang or crash.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::module::{LoadError, Module};
+
+/// A module that cannot be described.
+#[derive(Debug, thiserror::Error)]
+pub enum DescribeError {
+    /// It cannot be opened or is not usable.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// The description cannot be written.
+    #[error("cannot print the description: {0}")]
+    Print(#[from] io::Error),
+}
+
+/// Opens a module and prints what it says of itself as one JSON object.
+pub fn describe(file: &Path, type_name: &str) -> Result<(), DescribeError> {
+    // What the library itself prints must not mix with the description.
+    let stdout = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stdout(), 3);
+    let mut stdout = File::from(stdout.map_err(io::Error::from)?);
+    rustix::stdio::dup2_stdout(rustix::stdio::stderr()).map_err(io::Error::from)?;
+    // A bare name would be searched in the system's library paths.
+    let module = Module::load(&std::path::absolute(file)?, type_name)?;
+    let mut json = serde_json::to_vec(&module.info()).map_err(io::Error::from)?;
+    json.push(b'\n');
+    Ok(stdout.write_all(&json)?)
+}

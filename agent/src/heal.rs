@@ -1,0 +1,139 @@
+//! Healing without a controller: the agent plans over its own node spec, and executes as it would for a controller.
+//!
+//! The session is the lease: nothing is begun while a controller is heard of, and what is left of a plan is dropped as
+//! soon as one is heard of again.
+
+mod back_off;
+mod lease;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
+use rts_agent_api::session::AgentEvent;
+use rts_plan::desired::Desired;
+use rts_plan::observed::{Inventory, NodeObserved, Observed};
+use rts_plan::plan::{Step, StepId};
+use rts_plan::{plan, target};
+use tokio::time::sleep;
+
+use crate::agent::Agent;
+use crate::events::lock;
+
+pub(crate) use back_off::BackOff;
+pub(crate) use lease::Lease;
+
+/// How often the agent looks whether it has to act.
+const LOOK: Duration = Duration::from_millis(250);
+/// A plan that is not done by then is made anew.
+const DEADLINE: Duration = Duration::from_secs(120);
+/// Most steps at once.
+const PARALLELISM: u32 = 16;
+
+/// Heals for as long as the agent runs.
+pub(crate) async fn keep(agent: Arc<Agent>) {
+    let Some(after) = agent.config.heal_after else {
+        return;
+    };
+    loop {
+        sleep(LOOK).await;
+        if agent.lease.is_free(after) {
+            heal(&agent, after).await;
+        } else {
+            lock(&agent.failures).clear();
+        }
+    }
+}
+
+async fn heal(agent: &Arc<Agent>, after: Duration) {
+    let Some(spec) = agent.ledger.lock().await.held().cloned() else {
+        return;
+    };
+    // What was seen last is enough to see that nothing is to be done, but not to act upon.
+    if agent.batches.is_busy() || steps(agent, &spec, agent.inventory.last()).is_empty() {
+        return;
+    }
+    let steps = steps(agent, &spec, agent.observe().await);
+    let mut signs = agent.lease.signs();
+    if steps.is_empty() || !agent.lease.is_free(after) {
+        return;
+    }
+    agent.events.push(told(agent, steps.len()));
+    let batch = batch(&spec, steps);
+    let plan_id = batch.plan_id.clone();
+    let targets = targets(&batch.steps);
+    let entry = match agent.submit(batch).await {
+        Ok(entry) => entry,
+        // A newer spec has just come.
+        Err(e) => {
+            tracing::warn!("cannot heal: {e}");
+            return;
+        }
+    };
+    tokio::select! {
+        () = entry.over() => {}
+        _ = signs.changed() => {
+            let reason = "a controller is there again; it decides";
+            agent.batches.cancel(&plan_id, reason).await;
+            entry.over().await;
+        }
+    }
+    remember(agent, &targets, entry.results());
+}
+
+/// What is to be done now.
+fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<Step> {
+    let node = &agent.config.node;
+    let desired = Desired {
+        nodes: BTreeMap::from([(node.clone(), spec.spec.clone())]),
+    };
+    let observed = Observed {
+        nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory))]),
+    };
+    let blocked = lock(&agent.failures).blocked();
+    plan(&desired, &observed, &blocked).steps
+}
+
+fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>) -> Batch {
+    Batch {
+        plan_id: format!("heal-{}", uuid::Uuid::new_v4()),
+        cluster_uid: spec.cluster_uid.clone(),
+        epoch: spec.epoch,
+        generation: spec.generation,
+        steps,
+        gates: Vec::new(),
+        deadline_ms: DEADLINE.as_millis().try_into().unwrap_or(u64::MAX),
+        parallelism: PARALLELISM,
+    }
+}
+
+fn targets(steps: &[Step]) -> BTreeMap<StepId, String> {
+    let key = |step: &Step| (step.id, target::on(&step.node, &step.target));
+    steps.iter().map(key).collect()
+}
+
+fn remember(agent: &Agent, targets: &BTreeMap<StepId, String>, results: Vec<BatchEvent>) {
+    let mut failures = lock(&agent.failures);
+    for result in results {
+        if let BatchEvent::Finished {
+            step,
+            outcome: StepOutcome::Failed { reason },
+            ..
+        } = result
+            && let Some(target) = targets.get(&step)
+        {
+            failures.failed(target.clone(), reason);
+        }
+    }
+}
+
+fn told(agent: &Agent, steps: usize) -> AgentEvent {
+    AgentEvent {
+        kind: "Normal".to_owned(),
+        reason: "Healing".to_owned(),
+        object: target::node(&agent.config.node),
+        system: None,
+        message: format!("no controller is there; the agent takes {steps} steps by itself"),
+    }
+}

@@ -1,0 +1,118 @@
+//! Healing without a controller.
+
+use std::time::Duration;
+
+use rts_agent_api::AgentApi;
+use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState};
+use rts_plan::place::digest;
+use rustix::process::Signal;
+
+use crate::fake_controller::FakeController;
+use crate::real_manager;
+use crate::setup::{Node, component, hello_spec, kill, lives};
+
+/// True when the hello system is there as its spec says.
+fn is_up(inventory: &Inventory) -> bool {
+    let components: Vec<_> = inventory
+        .managers
+        .iter()
+        .flat_map(|m| &m.components)
+        .collect();
+    let connected = components
+        .iter()
+        .flat_map(|c| &c.connectors)
+        .filter(|c| c.state == ConnectorState::Connected);
+    components.len() == 3
+        && components.iter().all(|c| c.state == LifeCycleState::Active)
+        && connected.count() == 2
+}
+
+/// Stops the agent, lets everything else die as in a power cut, and starts the agent again.
+async fn reboot(node: &mut Node) {
+    let before: Vec<u32> = node.managers().iter().map(|m| m.pid).collect();
+    node.stop().await;
+    for pid in &before {
+        kill(*pid, Signal::KILL);
+    }
+    while before.iter().any(|pid| lives(*pid)) {
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    std::fs::remove_dir_all(node.run()).unwrap();
+    node.start_again().await;
+}
+
+async fn breaks_and_heals(mut node: Node, spec: NodeSpecEnvelope) {
+    node.agent.put_node_spec(&spec).await.unwrap();
+    let up = node.until(is_up).await;
+    let main = up.managers.iter().find(|m| m.key.name == "main").unwrap();
+    kill(main.pid, Signal::KILL);
+    let sine = component(&up, "Sine0").incarnation.clone();
+    let again = node
+        .until(|i| is_up(i) && component(i, "Sine0").incarnation != sine)
+        .await;
+    assert_eq!(component(&again, "Sine0").restarts, 1);
+    assert_eq!(
+        component(&again, "Printer0").incarnation,
+        component(&up, "Printer0").incarnation,
+        "what is well is not touched"
+    );
+    reboot(&mut node).await;
+    let anew = node.until(is_up).await;
+    assert_ne!(
+        component(&anew, "Printer0").incarnation,
+        component(&up, "Printer0").incarnation
+    );
+}
+
+#[tokio::test]
+async fn alone_the_agent_brings_back_what_dies_and_everything_after_a_power_cut() {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    breaks_and_heals(node, hello_spec(1)).await;
+}
+
+#[tokio::test]
+async fn the_real_hello_system_comes_back_without_a_controller() {
+    let Some(mut config) = real_manager::config() else {
+        println!("skipped: build everything first (cargo build --workspace --all-targets)");
+        return;
+    };
+    let home = tempfile::Builder::new()
+        .prefix("rts")
+        .tempdir_in("/tmp")
+        .unwrap();
+    config.home = home.path().to_owned();
+    config.heal_after = Some(Duration::from_millis(100));
+    let mut spec = hello_spec(1);
+    for component in &mut spec.spec.systems[0].components {
+        let type_name = &mut component.spec.type_name;
+        *type_name = real_manager::real_type(type_name);
+    }
+    spec.digest = digest(&spec.spec);
+    breaks_and_heals(Node::of(home, config).await, spec).await;
+}
+
+#[tokio::test]
+async fn while_a_controller_is_heard_of_the_agent_leaves_healing_to_it() {
+    let controller = FakeController::start().await;
+    let mut node = Node::with("", Some(controller.socket())).await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_secs(2));
+    node.start_again().await;
+    node.hello().await;
+    let up = node.agent.inventory().await.unwrap();
+    kill(up.managers[1].pid, Signal::KILL);
+    node.until(|i| i.managers.len() == 1).await;
+    // Longer than the agent would wait.
+    let end = tokio::time::Instant::now() + Duration::from_secs(3);
+    while tokio::time::Instant::now() < end {
+        assert_eq!(node.agent.inventory().await.unwrap().managers.len(), 1);
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    // Its socket goes with it.
+    drop(controller);
+    node.until(is_up).await;
+}

@@ -1,0 +1,62 @@
+//! What can be said of one component or process by itself, before anything is decided about the whole.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::decide::Fate;
+use crate::index::{Facts, Id, Live, Seat, Want};
+use crate::observed::ManagerObserved;
+use crate::plan::Blocked;
+use crate::target;
+
+/// Fate of a component by itself; instances of desired components are looked at one by one later.
+pub(crate) fn first_fate<'a>(facts: &Facts<'a>, blocked: &Blocked, live: &Live<'a>) -> Fate {
+    let told = facts.nodes.contains(live.node);
+    let ours = live
+        .id()
+        .is_some_and(|id| told || facts.wants.contains_key(&id));
+    let ends = live.manager.responsive || ends_silent(facts, blocked, &live.seat());
+    if ours && ends { Fate::Gone } else { Fate::Keep }
+}
+
+/// True for a process that does not answer and in which nothing is desired: its end needs no answer.
+pub(crate) fn ends_silent<'a>(facts: &Facts<'a>, blocked: &Blocked, seat: &Seat<'a>) -> bool {
+    let silent = facts.processes.get(seat).is_some_and(|m| !m.responsive);
+    let ours = seat.1.system.is_some() && facts.nodes.contains(seat.0);
+    let blocked = blocked.contains_key(&target::on(seat.0, &target::manager(&seat.1)));
+    silent && ours && !facts.wanted_seats.contains_key(seat) && !blocked
+}
+
+pub(crate) fn does_not_answer(manager: &ManagerObserved) -> String {
+    let (name, pid) = (manager.key.display_name(), manager.pid);
+    format!("manager {name} (pid {pid}) does not answer")
+}
+
+/// Who may have an instance name on a node: one that is there already, else the first.
+pub(crate) fn claims<'a>(facts: &Facts<'a>) -> BTreeMap<(&'a str, &'a str), Id<'a>> {
+    let mut claims: BTreeMap<(&'a str, &'a str), Id<'a>> = BTreeMap::new();
+    for (id, want) in &facts.wants {
+        let claim = claims.entry((want.node, id.instance)).or_insert(*id);
+        if facts.instances(*claim).is_empty() && !facts.instances(*id).is_empty() {
+            *claim = *id;
+        }
+    }
+    claims
+}
+
+pub(crate) fn moved(live: &Live<'_>, want: &Want<'_>) -> String {
+    if live.node == want.node {
+        let (from, to) = (&live.manager.key.name, &want.key.name);
+        format!("moved from manager {from} to {to}")
+    } else {
+        format!("moved from node {} to {}", live.node, want.node)
+    }
+}
+
+/// Components that someone must be told about because they end with a process, though nobody asked for it.
+pub(crate) fn made_by_hand<'a>(facts: &Facts<'a>, seat: &Seat<'a>) -> BTreeSet<&'a str> {
+    let lives = facts.in_seat(seat).iter().map(|live| facts.lives[*live]);
+    lives
+        .filter(|live| live.component.system.is_none())
+        .map(|live| live.component.instance.as_str())
+        .collect()
+}

@@ -1,0 +1,96 @@
+//! Cuts a plan into one plan for each system. Systems share no process, so that their steps are independent but for
+//! names that pass from one to another: a step that needs another system's step is left to a later round. Pure.
+
+use std::collections::BTreeMap;
+
+use rts_plan::plan::{Plan, Step, StepId};
+
+/// Key of a step's run: the uid of its system; empty for what belongs to none.
+pub fn key(step: &Step) -> &str {
+    step.system.as_ref().map_or("", |system| &system.uid)
+}
+
+/// Plans of steps alone, with their own numbers, by key.
+pub fn by_system(plan: &Plan) -> BTreeMap<String, Plan> {
+    let mut plans: BTreeMap<String, Plan> = BTreeMap::new();
+    // Old number → key and new number, of the steps that were taken.
+    let mut numbers: BTreeMap<StepId, (&str, StepId)> = BTreeMap::new();
+    for step in &plan.steps {
+        let key = key(step);
+        let renumber = |ids: &[StepId]| -> Option<Vec<StepId>> {
+            let number = |id| match numbers.get(id) {
+                Some((owner, number)) if *owner == key => Some(*number),
+                _ => None,
+            };
+            ids.iter().map(number).collect()
+        };
+        let (Some(needs), Some(starts)) = (renumber(&step.needs), renumber(&step.after_start_of))
+        else {
+            continue;
+        };
+        let own = &mut plans.entry(key.to_owned()).or_default().steps;
+        let id = own.last().map_or(1, |last| last.id + 1);
+        numbers.insert(step.id, (key, id));
+        own.push(Step {
+            id,
+            needs,
+            after_start_of: starts,
+            ..step.clone()
+        });
+    }
+    plans
+}
+
+#[cfg(test)]
+mod tests {
+    use rts_plan::desired::SystemRef;
+    use rts_plan::plan::Work;
+
+    use super::*;
+
+    fn step(id: StepId, system: &str, needs: &[StepId]) -> Step {
+        Step {
+            id,
+            node: "local".into(),
+            target: format!("package/T{id}@local"),
+            system: Some(SystemRef {
+                name: system.into(),
+                uid: system.into(),
+            }),
+            needs: needs.to_vec(),
+            after_start_of: Vec::new(),
+            wait_ms: 0,
+            reason: String::new(),
+            work: Work::Install {
+                type_name: format!("T{id}"),
+                module_digest: None,
+            },
+        }
+    }
+
+    #[test]
+    fn each_system_gets_its_steps_and_what_needs_another_system_waits() {
+        let steps = vec![
+            step(1, "a", &[]),
+            step(2, "b", &[]),
+            step(3, "a", &[1]),
+            step(4, "b", &[1, 2]),
+            step(5, "b", &[4]),
+            step(6, "b", &[2]),
+        ];
+        let plan = Plan {
+            steps,
+            ..Plan::default()
+        };
+        let plans = by_system(&plan);
+        let shape = |key: &str| -> Vec<(StepId, String, Vec<StepId>)> {
+            let steps = plans[key].steps.iter();
+            steps
+                .map(|s| (s.id, s.target.clone(), s.needs.clone()))
+                .collect()
+        };
+        let at = |id: u32| format!("package/T{id}@local");
+        assert_eq!(shape("a"), [(1, at(1), vec![]), (2, at(3), vec![1])]);
+        assert_eq!(shape("b"), [(1, at(2), vec![]), (2, at(6), vec![1])]);
+    }
+}

@@ -1,0 +1,313 @@
+//! The runs under way: one for each system, each a task of its own.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use rts_agent_api::messages::StepOutcome;
+use rts_plan::plan::{Plan, Work};
+use tokio::sync::watch;
+use tokio::task::{AbortHandle, JoinSet};
+use tokio::time::Instant;
+
+use super::by_system::by_system;
+use super::deaths::Deaths;
+use super::node_specs::NodeSpecs;
+use super::{SLOW_TICK, Stamp, results};
+use crate::core::{Core, RunState};
+use crate::execute::{Executor, Peer};
+
+/// Most runs at once: an agent takes at most eight batches.
+const MOST: usize = 7;
+/// Progress is published at most this often while a plan runs.
+const PROGRESS: Duration = Duration::from_millis(50);
+/// A run of the same steps within this time after the last one has changed nothing.
+const AT_ONCE: Duration = Duration::from_millis(250);
+/// Runs that come to nothing after which a system waits before it is tried once more.
+const FRUITLESS: u32 = 3;
+
+/// The runs, by system uid; the empty one is for what belongs to no system.
+pub struct Runs {
+    core: Arc<Core>,
+    deaths: Arc<Mutex<Deaths>>,
+    tasks: JoinSet<Ended>,
+    busy: BTreeMap<String, AbortHandle>,
+    last: BTreeMap<String, Last>,
+    /// Run → node → why its agent refused the steps or was lost.
+    faults: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// How a run ended.
+struct Ended {
+    key: String,
+    succeeded: bool,
+    superseded: bool,
+    faults: BTreeMap<String, String>,
+    down: Vec<TakenDown>,
+    /// Kinds and targets of its steps.
+    work: Vec<(&'static str, String)>,
+}
+
+/// The last run of a system.
+struct Last {
+    /// Runs in a row that came to nothing.
+    fruitless: u32,
+    at: Instant,
+    work: Vec<(&'static str, String)>,
+}
+
+impl Ended {
+    /// A run comes to nothing when no step succeeded, or when the very same steps are to be done again at once.
+    fn after(&mut self, last: Option<Last>) -> Last {
+        let at = Instant::now();
+        let work = std::mem::take(&mut self.work);
+        let same = |last: &Last| at.duration_since(last.at) < AT_ONCE && last.work == work;
+        let again = last.as_ref().is_some_and(same);
+        let before = last.map_or(0, |last| last.fruitless);
+        let fruitless = match self.succeeded && !again {
+            true => 0,
+            false => before.saturating_add(1),
+        };
+        Last {
+            fruitless,
+            at,
+            work,
+        }
+    }
+}
+
+impl Last {
+    fn rests(&self, now: Instant) -> bool {
+        self.fruitless >= FRUITLESS && now.duration_since(self.at) < SLOW_TICK
+    }
+}
+
+/// What a run took down on purpose: a component, or all that a manager held.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TakenDown {
+    /// Node.
+    pub node: String,
+    /// System uid.
+    pub uid: String,
+    /// Manager (`main`).
+    pub manager: String,
+    /// Instance; none for all of the manager.
+    pub instance: Option<String>,
+}
+
+struct Run {
+    core: Arc<Core>,
+    deaths: Arc<Mutex<Deaths>>,
+    key: String,
+    plan: Plan,
+    /// What the system was told to be when it was planned.
+    stamp: Option<Stamp>,
+    peers: BTreeMap<String, Peer>,
+    absent: BTreeMap<String, String>,
+    desired: watch::Receiver<u64>,
+}
+
+impl Runs {
+    /// None yet.
+    pub fn new(core: Arc<Core>) -> Self {
+        Self {
+            core,
+            deaths: Arc::default(),
+            tasks: JoinSet::new(),
+            busy: BTreeMap::new(),
+            last: BTreeMap::new(),
+            faults: BTreeMap::new(),
+        }
+    }
+
+    /// What was brought up and when.
+    pub fn deaths(&self) -> MutexGuard<'_, Deaths> {
+        lock(&self.deaths)
+    }
+
+    /// True while there is one.
+    pub fn any(&self) -> bool {
+        !self.busy.is_empty()
+    }
+
+    /// Systems with a run.
+    pub fn busy(&self) -> BTreeSet<String> {
+        self.busy.keys().cloned().collect()
+    }
+
+    /// Nodes that refused steps or were lost in the last run of a system, and why.
+    pub fn faults(&self) -> BTreeMap<String, String> {
+        self.faults
+            .values()
+            .flatten()
+            .map(|(n, why)| (n.clone(), why.clone()))
+            .collect()
+    }
+
+    /// Systems whose runs come to nothing and that wait for a while.
+    pub fn resting(&self) -> BTreeSet<String> {
+        let now = Instant::now();
+        let rest = self.last.iter().filter(|(_, last)| last.rests(now));
+        rest.map(|(key, _)| key.clone()).collect()
+    }
+
+    /// Takes in the runs that have ended. Gives what they took down.
+    pub fn collect(&mut self) -> Vec<TakenDown> {
+        let mut down = Vec::new();
+        while let Some(joined) = self.tasks.try_join_next() {
+            let Ok(mut ended) = joined else { continue };
+            if ended.superseded {
+                self.last.remove(&ended.key);
+            } else {
+                let last = self.last.remove(&ended.key);
+                self.last.insert(ended.key.clone(), ended.after(last));
+            }
+            if ended.faults.is_empty() {
+                self.faults.remove(&ended.key);
+            } else {
+                self.faults.insert(ended.key, ended.faults);
+            }
+            down.extend(ended.down);
+        }
+        self.busy.retain(|_, task| !task.is_finished());
+        down
+    }
+
+    /// Starts a run for each system that has steps and no run.
+    pub fn start(
+        &mut self,
+        plan: &Plan,
+        stamps: &BTreeMap<String, Stamp>,
+        busy: &BTreeSet<String>,
+        specs: &NodeSpecs,
+    ) {
+        let resting = self.resting();
+        let plans = by_system(plan);
+        self.faults
+            .retain(|key, _| plans.contains_key(key) || busy.contains(key));
+        self.last
+            .retain(|key, _| plans.contains_key(key) || busy.contains(key));
+        for (key, plan) in plans {
+            if busy.contains(&key) || resting.contains(&key) || self.busy.len() >= MOST {
+                continue;
+            }
+            let absent = self.core.world().faults.clone();
+            let run = Run {
+                core: Arc::clone(&self.core),
+                deaths: Arc::clone(&self.deaths),
+                key: key.clone(),
+                stamp: stamps.get(&key).copied(),
+                peers: self.peers(&plan, specs),
+                absent,
+                desired: self.core.watch_desired(),
+                plan,
+            };
+            run.show(&[], &BTreeMap::new());
+            let task = self.tasks.spawn(run.carry_out());
+            self.busy.insert(key, task);
+        }
+    }
+
+    /// Nodes of a plan whose agent has stored the newest NodeSpec.
+    fn peers(&self, plan: &Plan, specs: &NodeSpecs) -> BTreeMap<String, Peer> {
+        let nodes: BTreeSet<&String> = plan.steps.iter().map(|step| &step.node).collect();
+        let sessions = self.core.sessions.all().into_iter();
+        let ready = sessions.filter(|(node, entry)| !entry.lost && nodes.contains(node));
+        ready
+            .filter_map(|(node, entry)| {
+                let generation = specs.acked(&node, &entry.session.id)?;
+                let core = Arc::clone(&self.core);
+                let (name, session) = (node.clone(), entry.session.id.clone());
+                let peer = Peer {
+                    agent: entry.session.agent,
+                    generation,
+                    lost: Box::pin(async move { core.sessions.ended(&name, &session).await }),
+                };
+                Some((node, peer))
+            })
+            .collect()
+    }
+}
+
+impl Run {
+    /// Carries its plan out and shows how far it is. A newer NodeSpec makes the agents start nothing more.
+    async fn carry_out(mut self) -> Ended {
+        let plan_id = self.core.rng.uuid();
+        let peers = std::mem::take(&mut self.peers);
+        let store = (self.core.cluster_uid.as_str(), self.core.epoch);
+        let mut run = Executor::start(&self.plan, &plan_id, store, peers, &self.absent);
+        let mut publish = tokio::time::interval(PROGRESS);
+        publish.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut dirty = true;
+        let mut down = Vec::new();
+        loop {
+            tokio::select! {
+                more = run.next() => {
+                    for (step, outcome) in run.take_ended() {
+                        let current = self.is_current();
+                        results::take(&self.core, step, &outcome, &mut lock(&self.deaths), current);
+                        if outcome == StepOutcome::Succeeded {
+                            down.extend(taken_down(&step.node, &self.key, &step.work));
+                        }
+                    }
+                    dirty = true;
+                    if !more {
+                        break;
+                    }
+                }
+                _ = publish.tick(), if dirty => {
+                    dirty = false;
+                    self.show(&run.progress.running, &run.progress.ended);
+                    self.core.publish();
+                }
+            }
+        }
+        self.show(&[], &run.progress.ended);
+        let steps = self.plan.steps.iter();
+        let work = steps.map(|step| (step.work.kind(), step.target.clone()));
+        let mut outcomes = run.progress.ended.values();
+        let ended = Ended {
+            succeeded: outcomes.any(|outcome| *outcome == StepOutcome::Succeeded),
+            superseded: self.desired.has_changed().unwrap_or(false),
+            faults: run.faults.clone(),
+            down,
+            work: work.collect(),
+            key: self.key.clone(),
+        };
+        self.core.publish();
+        self.core.wake.notify_one();
+        ended
+    }
+
+    /// True while the system is still at the generation that this run is for.
+    fn is_current(&self) -> bool {
+        super::stamps(&self.core).get(&self.key) == self.stamp.as_ref()
+    }
+
+    fn show(&self, running: &[u32], ended: &BTreeMap<u32, StepOutcome>) {
+        let state = RunState {
+            steps: self.plan.steps.clone(),
+            running: running.to_vec(),
+            ended: ended.clone(),
+        };
+        self.core.world().runs.insert(self.key.clone(), state);
+    }
+}
+
+fn taken_down(node: &str, uid: &str, work: &Work) -> Option<TakenDown> {
+    let (manager, instance) = match work {
+        Work::Delete { manager, instance } => (manager, Some(instance.clone())),
+        Work::StopManager { manager, .. } => (manager, None),
+        _ => return None,
+    };
+    Some(TakenDown {
+        node: node.to_owned(),
+        uid: uid.to_owned(),
+        manager: manager.name.clone(),
+        instance,
+    })
+}
+
+fn lock(deaths: &Mutex<Deaths>) -> MutexGuard<'_, Deaths> {
+    deaths.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,253 @@
+//! The loop on a fleet in memory: what hangs, is slow, silent, or of yesterday holds nothing else up.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod fleet;
+
+use std::time::Duration;
+
+use fleet::{Cluster, greeting, systems};
+use rts_controller_api::objects::{Component, Phase};
+use rts_schemas::system::{Condition, PortKind, RestartPolicy, SystemSpec, WaitFor};
+
+/// One component that is activated after 20 s.
+fn slow() -> SystemSpec {
+    let mut spec = systems::hello();
+    spec.name = "slow".into();
+    spec.full_id = "RTSystem:rtsctl:slow:1.0".into();
+    spec.components = vec![systems::component("Slow0", "Printer")];
+    spec.connectors.clear();
+    spec.orders.activation = vec![Condition {
+        target: "Slow0".into(),
+        sequence: 0,
+        wait: Some(WaitFor::Time {
+            milliseconds: 20_000,
+        }),
+    }];
+    spec
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_slow_system_holds_up_no_other_and_hides_nothing() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let began = tokio::time::Instant::now();
+    cluster.apply(slow()).await;
+    cluster
+        .until("slow", |s| {
+            s.is_some_and(|s| s.status.phase == Phase::Progressing && s.status.progress.done >= 3)
+        })
+        .await;
+    agent.kill("hello.Printer0");
+    cluster
+        .until("hello", |s| s.unwrap().status.phase != Phase::Converged)
+        .await;
+    assert!(began.elapsed() < Duration::from_secs(3), "it is seen");
+    let healed = cluster.until_phase("hello", Phase::Converged).await;
+    assert_eq!(healed.status.active, 3);
+    assert!(began.elapsed() < Duration::from_secs(6), "and mended");
+    let slow = cluster.system("slow").unwrap().status;
+    assert_eq!(slow.phase, Phase::Progressing);
+    cluster.until_phase("slow", Phase::Converged).await;
+    assert!(began.elapsed() < Duration::from_secs(25));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_unchanged_apply_does_not_call_what_is_dead_converged() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.kill("hello.Printer0");
+    let again = cluster.apply(systems::hello()).await;
+    assert!(!again.changed);
+    assert_ne!(again.system.status.phase, Phase::Converged);
+    cluster.until_phase("hello", Phase::Converged).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_silent_manager_is_torn_down_too() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.hang("hello.main");
+    let stuck = cluster.until_phase("hello", Phase::Degraded).await.status;
+    let manager = stuck
+        .waiting_on
+        .iter()
+        .find(|w| w.target == "manager/hello.main");
+    let reason = &manager.unwrap().reason;
+    assert!(reason.contains("kill -9"), "{reason}");
+    agent.take_done();
+    rts_controller::delete(&cluster.core, "hello", None)
+        .await
+        .unwrap();
+    cluster.until("hello", |s| s.is_none()).await;
+    assert!(agent.inventory_now().managers.is_empty());
+    let done = agent.take_done();
+    assert!(done.contains(&"StopManager manager/hello.main".to_owned()));
+    assert!(
+        !done.contains(&"Deactivate component/Sine0".to_owned()),
+        "{done:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_profile_with_service_connectors_converges_and_says_so() {
+    let (cluster, _agent) = Cluster::hello();
+    let mut spec = systems::hello();
+    let mut service = systems::connector("Sine0.svc", "Printer0.svc");
+    service.kind = PortKind::Service;
+    spec.connectors.push(service);
+    cluster.apply(spec).await;
+    let status = cluster.until_phase("hello", Phase::Converged).await.status;
+    let told = |n: &String| n.starts_with("service connector Sine0.svc-Printer0.svc");
+    assert!(status.notes.iter().any(told), "{:?}", status.notes);
+}
+
+#[tokio::test(start_paused = true)]
+async fn restart_never_is_kept_until_the_system_changes() {
+    let (cluster, agent) = Cluster::hello();
+    let mut spec = systems::hello();
+    spec.components[2].policy.restart = RestartPolicy::Never;
+    cluster.apply(spec.clone()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    // What is taken down on purpose comes back.
+    spec.components[2].placement.isolated = false;
+    cluster.apply(spec.clone()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    spec.components[2].placement.isolated = true;
+    cluster.apply(spec.clone()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.kill("hello.Printer0");
+    let status = cluster.until_phase("hello", Phase::Degraded).await.status;
+    tokio::time::sleep(Duration::from_secs(90)).await;
+    assert!(agent.inventory_now().managers.len() == 1, "it stays away");
+    let waits = status
+        .waiting_on
+        .iter()
+        .find(|w| w.target == "component/Printer0");
+    assert!(waits.unwrap().reason.contains("rtsctl.restart is never"));
+    spec.components[0].execution_context.rate = Some(50.0);
+    cluster.apply(spec).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_callback_that_does_not_return_is_not_healthy() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.change("Sine0", |c| {
+        c.hangs = Some("has been in on_execute for 11 s".into());
+    });
+    let status = cluster.until_phase("hello", Phase::Degraded).await.status;
+    assert!(!status.healthy);
+    let healthy = status
+        .conditions
+        .iter()
+        .find(|c| c.kind == "Healthy")
+        .unwrap();
+    assert_eq!(healthy.message, "Sine0 has been in on_execute for 11 s");
+    let waits = cluster.component("Sine0").status.waiting_on;
+    assert_eq!(waits.unwrap(), "has been in on_execute for 11 s");
+    agent.change("Sine0", |c| c.hangs = None);
+    cluster.until_phase("hello", Phase::Converged).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_count_of_restarts_outlives_the_component() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.change("Printer0", |c| c.restarts = 4);
+    cluster.core.refresh().await;
+    let before = cluster.component("Printer0").status;
+    agent.fail("Create component/Printer0", 3);
+    agent.kill("hello.Printer0");
+    cluster.until_phase("hello", Phase::Degraded).await;
+    let absent: Component = cluster.component("Printer0");
+    assert_eq!(absent.status.state, "Unknown");
+    assert_eq!(absent.status.restarts, 4);
+    assert_eq!(absent.status.incarnation, before.incarnation);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_failure_of_an_old_generation_blocks_nothing() {
+    let (cluster, agent) = Cluster::hello();
+    agent.fail("Create component/Printer0", 1);
+    agent.slow(Duration::from_millis(300));
+    cluster.apply(systems::hello()).await;
+    cluster
+        .until("hello", |s| {
+            let running = &s.unwrap().status.progress.running;
+            running.contains(&"Create component/Printer0".to_owned())
+        })
+        .await;
+    let mut spec = systems::hello();
+    spec.components[0].execution_context.rate = Some(50.0);
+    cluster.apply(spec).await;
+    cluster
+        .until("hello", |_| {
+            cluster
+                .events()
+                .iter()
+                .any(|e| e.spec.reason == "CreateFailed")
+        })
+        .await;
+    assert!(cluster.core.backoff().failing().next().is_none());
+    cluster.until_phase("hello", Phase::Converged).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn one_answer_that_does_not_come_makes_no_node_unknown() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let mut changes = cluster.core.view.subscribe();
+    agent.silence(true);
+    cluster.core.wake.notify_one();
+    tokio::time::sleep(Duration::from_millis(2600)).await;
+    agent.silence(false);
+    let mut phases = Vec::new();
+    let watch = async {
+        loop {
+            phases.push(cluster.system("hello").unwrap().status.phase);
+            assert_eq!(cluster.component("Sine0").status.state, "Active");
+            changes.changed().await.unwrap();
+        }
+    };
+    let _ = tokio::time::timeout(Duration::from_secs(4), watch).await;
+    assert!(!phases.contains(&Phase::Degraded), "{phases:?}");
+    assert_eq!(phases.last(), Some(&Phase::Converged));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_ledger_that_is_ahead_of_the_store_is_overtaken() {
+    let (cluster, agent) = Cluster::hello();
+    let mut ahead = greeting(&agent, "s2");
+    ahead.applied_generation = Some(41);
+    rts_controller::greet(&cluster.core, "local", ahead).unwrap();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    assert_eq!(cluster.stored().nodes["local"].generation, 42);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wait_longer_than_the_usual_deadline_is_waited_out() {
+    let (cluster, agent) = Cluster::hello();
+    let mut spec = slow();
+    spec.orders.activation[0].wait = Some(WaitFor::Time {
+        milliseconds: 90_000,
+    });
+    cluster.apply(spec).await;
+    cluster.until_phase("slow", Phase::Converged).await;
+    let done = agent.take_done();
+    let creations = done.iter().filter(|d| d.starts_with("Create")).count();
+    assert_eq!(creations, 1, "in one run");
+    let skipped = cluster
+        .events()
+        .iter()
+        .any(|e| e.spec.reason == "ActivateFailed");
+    assert!(!skipped);
+}
