@@ -124,13 +124,10 @@ async fn ask(manager: &Manager) -> View {
         .call_within(RequestBody::Inventory, limit, limit)
         .await;
     let mut seen = lock(&manager.seen);
-    seen.responsive = match answer {
-        Ok(ResponseBody::Inventory(inventory)) => {
-            seen.inventory = inventory;
-            true
-        }
-        _ => false,
-    };
+    match answer {
+        Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory),
+        _ => seen.responsive = false,
+    }
     View {
         key: manager.key.clone(),
         incarnation: manager.incarnation.clone(),

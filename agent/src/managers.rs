@@ -5,7 +5,7 @@ mod start;
 mod stop;
 mod tenant;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
@@ -67,6 +67,34 @@ pub(crate) struct Seen {
     pub inventory: ManagerInventory,
     /// Components of systems that it was told to create, and how often they were made again before.
     pub told: BTreeMap<String, (SystemRef, u32)>,
+    /// Incarnations that it said it has deleted, and that an answer from before may still hold.
+    pub deleted: BTreeSet<String>,
+}
+
+impl Seen {
+    /// It said that it has deleted a component: what was seen before is not to bring it back.
+    pub fn forget(&mut self, instance: &str) {
+        let found = self
+            .inventory
+            .components
+            .iter()
+            .position(|c| c.instance == instance);
+        if let Some(at) = found {
+            let component = self.inventory.components.remove(at);
+            self.deleted.insert(component.incarnation);
+        }
+    }
+
+    /// It answered. Answers come in the order of the questions, so what one no longer holds comes in no later one.
+    pub fn keep(&mut self, mut inventory: ManagerInventory) {
+        let still = |gone: &String| inventory.components.iter().any(|c| c.incarnation == *gone);
+        self.deleted.retain(still);
+        inventory
+            .components
+            .retain(|c| !self.deleted.contains(&c.incarnation));
+        self.inventory = inventory;
+        self.responsive = true;
+    }
 }
 
 impl Managers {
@@ -150,6 +178,7 @@ impl Manager {
                     components: Vec::new(),
                 },
                 told: BTreeMap::new(),
+                deleted: BTreeSet::new(),
             }),
             stopping: AtomicBool::new(false),
             ended: watch::Sender::new(None),
@@ -257,4 +286,37 @@ fn died(manager: &Manager, exit: Exit) -> AgentEvent {
         manager.pid
     );
     of_manager("Warning", "ManagerDied", &manager.key, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn holding(incarnations: &[&str]) -> ManagerInventory {
+        let component = |incarnation: &&str| {
+            json!({"instance": "A0", "typeName": "A", "system": null, "incarnation": incarnation, "recreateHash": "",
+                "restarts": 0, "created": "", "state": "Active", "message": null, "sets": {}, "active": "default",
+                "executionKind": "periodic", "rate": 1.0, "executions": 0, "ports": [], "connectors": [], "bindings": []})
+        };
+        let components: Vec<_> = incarnations.iter().map(component).collect();
+        serde_json::from_value(json!({"modules": [], "components": components})).unwrap()
+    }
+
+    #[test]
+    fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_does() {
+        let mut seen = Seen {
+            responsive: false,
+            inventory: holding(&["one"]),
+            told: BTreeMap::new(),
+            deleted: BTreeSet::new(),
+        };
+        seen.forget("A0");
+        assert!(seen.inventory.components.is_empty());
+        seen.keep(holding(&["one"]));
+        assert!(seen.inventory.components.is_empty() && seen.responsive);
+        seen.keep(holding(&["two"]));
+        assert_eq!(seen.inventory.components.len(), 1);
+        assert!(seen.deleted.is_empty(), "nothing is kept for ever");
+    }
 }

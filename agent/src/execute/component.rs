@@ -60,10 +60,16 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             done_if_there(verb, &manager, RequestBody::Deactivate { instance }).await
         }
         Work::Delete { manager, instance } => {
-            if let Some(manager) = verb.manager_if_any(&manager) {
-                lock(&manager.seen).told.remove(&instance);
+            let there = verb.manager_if_any(&manager);
+            if let Some(there) = &there {
+                lock(&there.seen).told.remove(&instance);
             }
-            done_if_there(verb, &manager, RequestBody::Delete { instance }).await
+            let name = instance.clone();
+            done_if_there(verb, &manager, RequestBody::Delete { instance }).await?;
+            if let Some(there) = there {
+                lock(&there.seen).forget(&name);
+            }
+            Ok(())
         }
         other => Err(StepError::Refused(format!(
             "{} is no step on a component",
