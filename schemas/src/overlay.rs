@@ -13,7 +13,7 @@ use crate::diagnostic::{Finding, Place, Report, Source};
 use crate::placement::{self, PREFIX};
 use crate::span::{Span, Text};
 use crate::suggest;
-use crate::system::{ComponentSpec, OnDisconnect, SystemSpec};
+use crate::system::{ComponentSpec, SystemSpec};
 use crate::yaml::{Node, Value};
 use crate::{xml, yaml};
 
@@ -123,18 +123,17 @@ fn set_all(component: &mut ComponentSpec, overlay: &Overlay, entry: &Entry, repo
                     .at(overlay.place(span))
                     .help(error.help()),
             );
-        } else if key.value == "onDisconnect"
-            && component.policy.on_disconnect != OnDisconnect::Keep
-        {
+        } else if let Some(help) = placement::not_carried_out(&key.value, value.trimmed()) {
             let message = format!(
-                "`onDisconnect` of component `{}` is `{}`; that is read and kept, but not carried out by this version",
+                "`{}` of component `{}` is `{}`; that is read and kept, but not carried out by this version",
+                key.value,
                 component.instance,
                 value.trimmed()
             );
             report.push(
                 Finding::warning("not-carried-out", message)
                     .at(overlay.place(value.span))
-                    .help("the component goes on when a peer is lost"),
+                    .help(help),
             );
         }
     }

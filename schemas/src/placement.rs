@@ -133,6 +133,20 @@ pub fn parse_bool(value: &str) -> Option<bool> {
     }
 }
 
+/// What a valid value means in this version, when that is not what it says: `onDisconnect` other than `keep`, and
+/// `restart: on-failure`.
+pub(crate) fn not_carried_out(key: &str, value: &str) -> Option<&'static str> {
+    match key {
+        "onDisconnect" if on_disconnect(value).is_ok_and(|policy| policy != OnDisconnect::Keep) => {
+            Some("the component goes on when a peer is lost")
+        }
+        "restart" if restart(value).is_ok_and(|policy| policy == RestartPolicy::OnFailure) => {
+            Some("it is started again however it ended, as with `always`")
+        }
+        _ => None,
+    }
+}
+
 fn restart(value: &str) -> Result<RestartPolicy, PlacementError> {
     match value.to_ascii_lowercase().as_str() {
         "always" => Ok(RestartPolicy::Always),
@@ -143,7 +157,7 @@ fn restart(value: &str) -> Result<RestartPolicy, PlacementError> {
 }
 
 /// `keep`, `deactivate` or `stop`, in any case.
-pub(crate) fn on_disconnect(value: &str) -> Result<OnDisconnect, PlacementError> {
+fn on_disconnect(value: &str) -> Result<OnDisconnect, PlacementError> {
     match value.to_ascii_lowercase().as_str() {
         "keep" => Ok(OnDisconnect::Keep),
         "deactivate" => Ok(OnDisconnect::Deactivate),

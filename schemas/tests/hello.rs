@@ -60,5 +60,5 @@ fn the_overlay_wins() {
     assert_eq!(filter.placement.manager.as_deref(), Some("signal"));
     assert!(filter.policy.reset_on_error);
     assert!(printer.placement.isolated);
-    assert_eq!(printer.policy.restart, RestartPolicy::OnFailure);
+    assert_eq!(printer.policy.restart, RestartPolicy::Never);
 }

@@ -229,3 +229,62 @@ fn one_slow_system_does_not_keep_another_from_healing() {
     );
     stack.leaves_nothing();
 }
+
+#[test]
+fn a_component_that_is_never_to_be_restarted_stays_down_and_says_why() {
+    let stack = Stack::new();
+    let never = single("motor", "ConfigSample", "").replace(
+        "</rts:Components>",
+        r#"<rtsExt:Properties rtsExt:name="rtsctl.restart" rtsExt:value="never"/></rts:Components>"#,
+    );
+    let file = stack.write("motor.xml", never);
+    stack.expect(0, &["apply", &file.to_string_lossy()]);
+    rts_tests::kill(pid(&stack, "motor0"));
+    stack.until("components", "motor0 is down and says why", |components| {
+        components.iter().any(|c| {
+            c["status"]["state"] != "Active"
+                && c["status"]["waitingOn"]
+                    .as_str()
+                    .is_some_and(|why| why.contains("never"))
+        })
+    });
+    std::thread::sleep(Duration::from_secs(2));
+    assert_eq!(stack.get("managers").len(), 0, "nothing starts it again");
+    stack.expect(1, &["diff", &file.to_string_lossy()]);
+    stack.leaves_nothing();
+}
+
+#[test]
+fn a_killed_controller_is_missed_by_nobody() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", HELLO]);
+    for pid in daemon(&stack, "rts-controller") {
+        rts_tests::kill(pid);
+    }
+    let comm =
+        |pid: &u32| std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    let printer = || {
+        let managers = daemon(&stack, "rts-manager");
+        managers
+            .into_iter()
+            .find(|pid| comm(pid).contains("Printer0"))
+    };
+    let before = printer().expect("the process of Printer0");
+    rts_tests::kill(before);
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while printer().is_none_or(|pid| pid == before) {
+        assert!(
+            Instant::now() < deadline,
+            "the agent heals without a controller"
+        );
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    stack.expect(0, &["up"]);
+    stack.until("connectors", "samples arrive again", |connectors| {
+        connectors.len() == 2
+            && connectors
+                .iter()
+                .all(|c| c["status"]["samplesReceived"].as_u64() >= Some(3))
+    });
+    stack.leaves_nothing();
+}

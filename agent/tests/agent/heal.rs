@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::NodeSpecEnvelope;
-use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState};
+use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState, ManagerObserved};
 use rts_plan::place::digest;
+use rts_schemas::system::RestartPolicy;
 use rustix::process::Signal;
 
 use crate::fake_controller::FakeController;
@@ -76,10 +77,8 @@ async fn alone_the_agent_brings_back_what_dies_and_everything_after_a_power_cut(
 
 #[tokio::test]
 async fn the_real_hello_system_comes_back_without_a_controller() {
-    let Some(mut config) = real_manager::config() else {
-        println!("skipped: build everything first (cargo build --workspace --all-targets)");
-        return;
-    };
+    let mut config = real_manager::config()
+        .expect("build everything first (cargo build --workspace --all-targets)");
     let home = tempfile::Builder::new()
         .prefix("rts")
         .tempdir_in("/tmp")
@@ -115,4 +114,37 @@ async fn while_a_controller_is_heard_of_the_agent_leaves_healing_to_it() {
     // Its socket goes with it.
     drop(controller);
     node.until(is_up).await;
+}
+
+#[tokio::test]
+async fn what_is_never_to_be_started_again_stays_down() {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    let mut spec = hello_spec(1);
+    for placed in spec.spec.systems.iter_mut().flat_map(|s| &mut s.components) {
+        if placed.spec.instance == "Printer0" {
+            placed.spec.policy.restart = RestartPolicy::Never;
+        }
+    }
+    spec.digest = digest(&spec.spec);
+    node.agent.put_node_spec(&spec).await.unwrap();
+    let up = node.until(is_up).await;
+    let process = |inventory: &Inventory, held: &str| {
+        let holds = |m: &&ManagerObserved| m.components.iter().any(|c| c.instance == held);
+        inventory.managers.iter().find(holds).map(|m| m.pid)
+    };
+    for held in ["Printer0", "Sine0"] {
+        kill(process(&up, held).unwrap(), Signal::KILL);
+    }
+    // The other one comes back, so healing has had its turn.
+    let sine = component(&up, "Sine0").incarnation.clone();
+    let healed = node
+        .until(|i| process(i, "Sine0").is_some() && component(i, "Sine0").incarnation != sine)
+        .await;
+    assert_eq!(process(&healed, "Printer0"), None);
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let later = node.agent.inventory().await.unwrap();
+    assert_eq!(process(&later, "Printer0"), None, "{later:#?}");
 }

@@ -50,10 +50,7 @@ pub fn real_type(fake: &str) -> String {
 
 #[tokio::test]
 async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
-    let Some(program) = program() else {
-        println!("skipped: build rts-manager first (cargo build -p rtsctl)");
-        return;
-    };
+    let program = program().expect("build rts-manager first (cargo build -p rtsctl)");
     let home = tempfile::Builder::new()
         .prefix("rts")
         .tempdir_in("/tmp")
@@ -85,10 +82,8 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
 
 #[tokio::test]
 async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
-    let Some(mut config) = config() else {
-        println!("skipped: build everything first (cargo build --workspace --all-targets)");
-        return;
-    };
+    let mut config =
+        config().expect("build everything first (cargo build --workspace --all-targets)");
     let home = tempfile::Builder::new()
         .prefix("rts")
         .tempdir_in("/tmp")

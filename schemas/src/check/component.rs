@@ -4,12 +4,12 @@ use std::collections::{HashMap, HashSet};
 
 use super::Check;
 use crate::names;
-use crate::placement::{PREFIX, on_disconnect, parse_bool};
+use crate::placement::{PREFIX, not_carried_out, parse_bool};
 use crate::rts_profile::model::{Component, property};
 use crate::rts_profile::{is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
-use crate::system::{MAX_RATE, MIN_RATE, OnDisconnect};
+use crate::system::{MAX_RATE, MIN_RATE};
 
 pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     let name = check.required(
@@ -227,21 +227,18 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
 
 /// What is kept for later versions is said, so that nobody counts on it.
 fn policy(check: &mut Check<'_>, component: &Component, owner: &str) {
-    let key = format!("{PREFIX}onDisconnect");
-    let value = property(&component.properties, &key).and_then(|p| p.value.as_ref());
-    if let Some(value) = value
-        && on_disconnect(value.trimmed()).is_ok_and(|policy| policy != OnDisconnect::Keep)
-    {
+    for name in ["onDisconnect", "restart"] {
+        let key = format!("{PREFIX}{name}");
+        let value = property(&component.properties, &key).and_then(|p| p.value.as_ref());
+        let Some(value) = value else { continue };
+        let Some(help) = not_carried_out(name, value.trimmed()) else {
+            continue;
+        };
         let message = format!(
             "`{key}` of {owner} is `{}`; that is read and kept, but not carried out by this version",
             value.trimmed()
         );
-        check.warning(
-            "not-carried-out",
-            message,
-            value.span,
-            "the component goes on when a peer is lost",
-        );
+        check.warning("not-carried-out", message, value.span, help);
     }
 }
 
