@@ -113,12 +113,14 @@ mod tests {
     }
 
     #[test]
-    fn sequence_numbers_count() {
+    fn preceding_outweighs_a_sequence_number() {
         let activation = [
             after("A", 0, &["B"]),
             after("B", 1, &[]),
             after("C", 0, &[]),
         ];
+        assert_eq!(errors(json!({"activation": activation})), "");
+        let activation = [after("A", 0, &["B"]), after("B", 1, &["A"])];
         insta::assert_snapshot!(
             errors(json!({"activation": activation})),
             @"the Activation orders of system s form a cycle of A, B"

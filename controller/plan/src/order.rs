@@ -3,11 +3,14 @@
 //! Sequence numbers become levels: a component with conditions waits for the level below its own (its highest number,
 //! since several conditions are ANDed), and a level for its members and the level below. A level is a node of its own,
 //! so that the graph stays as small as the profile.
+//!
+//! `Preceding` outweighs the numbers: real profiles number components in the order of a list and let a low number wait
+//! for a high one. Where the two contradict each other, a level does not wait for its members with a `Preceding`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::algo::tarjan_scc;
-use petgraph::graph::{DiGraph, NodeIndex};
+use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
 use petgraph::visit::EdgeRef;
 use rts_schemas::system::{Condition, SendingTiming, WaitFor};
 
@@ -61,13 +64,37 @@ impl<'a> Order<'a> {
                 .entry(member)
                 .or_insert_with(|| order.graph.add_node(Place::Component(member)));
         }
+        let mut numbered = BTreeSet::new();
         for list in lists {
-            order.add_list(list, &nodes);
+            order.add_list(list, &nodes, &mut numbered);
         }
+        order.relax(&numbered);
         order
     }
 
-    fn add_list(&mut self, list: &'a [Condition], nodes: &BTreeMap<&'a str, NodeIndex>) {
+    /// Drops edges of `numbered` that are part of a circle.
+    fn relax(&mut self, numbered: &BTreeSet<EdgeIndex>) {
+        let mut group_of = vec![0; self.graph.node_count()];
+        for (number, group) in tarjan_scc(&self.graph).into_iter().enumerate() {
+            for node in group {
+                group_of[node.index()] = number;
+            }
+        }
+        self.graph.retain_edges(|graph, edge| {
+            let in_circle = graph
+                .edge_endpoints(edge)
+                .is_some_and(|(from, to)| group_of[from.index()] == group_of[to.index()]);
+            !(in_circle && numbered.contains(&edge))
+        });
+    }
+
+    /// `numbered` collects the edges from members with a `Preceding` to their levels.
+    fn add_list(
+        &mut self,
+        list: &'a [Condition],
+        nodes: &BTreeMap<&'a str, NodeIndex>,
+        numbered: &mut BTreeSet<EdgeIndex>,
+    ) {
         let mut levels: BTreeMap<&'a str, u32> = BTreeMap::new();
         for condition in list {
             let target = condition.target.as_str();
@@ -78,7 +105,12 @@ impl<'a> Order<'a> {
             *level = condition.sequence.max(*level);
             self.add_wait(target, node, condition.wait.as_ref(), nodes);
         }
-        self.add_levels(&levels, nodes);
+        let preceded: BTreeSet<NodeIndex> = list
+            .iter()
+            .filter(|c| matches!(c.wait, Some(WaitFor::Preceding { .. })))
+            .filter_map(|c| nodes.get(c.target.as_str()).copied())
+            .collect();
+        numbered.extend(self.add_levels(&levels, nodes, &preceded));
     }
 
     fn add_wait(
@@ -104,7 +136,14 @@ impl<'a> Order<'a> {
         }
     }
 
-    fn add_levels(&mut self, levels: &BTreeMap<&str, u32>, nodes: &BTreeMap<&str, NodeIndex>) {
+    /// Gives the edges from `preceded` members to their levels.
+    fn add_levels(
+        &mut self,
+        levels: &BTreeMap<&str, u32>,
+        nodes: &BTreeMap<&str, NodeIndex>,
+        preceded: &BTreeSet<NodeIndex>,
+    ) -> Vec<EdgeIndex> {
+        let mut numbered = Vec::new();
         let mut by_level: BTreeMap<u32, Vec<NodeIndex>> = BTreeMap::new();
         for (target, level) in levels {
             by_level.entry(*level).or_default().push(nodes[target]);
@@ -119,10 +158,14 @@ impl<'a> Order<'a> {
                 if let Some(below) = below {
                     self.graph.add_edge(below, *member, SendingTiming::Sync);
                 }
-                self.graph.add_edge(*member, end, SendingTiming::Sync);
+                let edge = self.graph.add_edge(*member, end, SendingTiming::Sync);
+                if preceded.contains(member) {
+                    numbered.push(edge);
+                }
             }
             below = Some(end);
         }
+        numbered
     }
 
     /// Groups of components that wait for each other, each sorted.
