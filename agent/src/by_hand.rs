@@ -83,6 +83,7 @@ impl Agent {
             execution_kind: kind_name(ExecutionKind::Periodic).to_owned(),
             rate: wish.rate,
             log_path: log_path.display().to_string(),
+            on_disconnect: None,
         };
         let created = self.create_in(&manager, request, module_file.path).await;
         if created.is_err() && fresh {

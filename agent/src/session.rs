@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::PROTOCOL_VERSION;
+use rts_agent_api::messages::LedgerFence;
 use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionClient, SessionGreeting};
 use rts_http::client::{Client, ClientError};
 use tokio::time::{Instant, sleep, sleep_until};
@@ -63,14 +64,19 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
 }
 
 async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<(), ClientError> {
-    let applied_generation = agent.ledger.lock().await.held().map(|h| h.generation);
+    let ledger = agent.ledger.lock().await.held().map(|held| LedgerFence {
+        cluster_uid: held.cluster_uid.clone(),
+        epoch: held.epoch,
+        generation: held.generation,
+        digest: held.digest.clone(),
+    });
     let greeting = SessionGreeting {
         protocol_version: PROTOCOL_VERSION,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         session: agent.session.clone(),
         endpoint: agent.folders.agent_socket().display().to_string(),
         aliases: agent.config.aliases.clone(),
-        applied_generation,
+        ledger,
         inventory: agent.observe().await,
     };
     let reply = controller.greet(&greeting).await?;
@@ -88,6 +94,7 @@ async fn beat(agent: &Agent, controller: &SessionClient) -> End {
         let (mark, events) = agent.events.waiting();
         let heartbeat = Heartbeat {
             inventory_revision: agent.inventory.revision(),
+            delta: None,
             events,
         };
         match controller.heartbeat(&agent.session, &heartbeat).await {

@@ -138,7 +138,7 @@ impl Sessions {
             version: greeting.version,
             endpoint: greeting.endpoint,
             aliases: greeting.aliases,
-            applied: greeting.applied_generation,
+            applied: greeting.ledger.map(|ledger| ledger.generation),
             agent,
             seen: now,
             alive: Instant::now(),

@@ -522,6 +522,7 @@ async fn agents_greet_and_beat_over_the_socket() {
     let client = SessionClient::new(served.http.clone(), "local");
     let beat = Heartbeat {
         inventory_revision: 1,
+        delta: None,
         events: vec![rts_agent_api::session::AgentEvent {
             kind: "Warning".into(),
             reason: "ManagerDied".into(),

@@ -4,6 +4,7 @@
 
 mod fleet;
 
+use rts_agent_api::messages::LedgerFence;
 use std::time::Duration;
 
 use fleet::{Cluster, greeting, systems};
@@ -226,7 +227,12 @@ async fn one_answer_that_does_not_come_makes_no_node_unknown() {
 async fn a_ledger_that_is_ahead_of_the_store_is_overtaken() {
     let (cluster, agent) = Cluster::hello();
     let mut ahead = greeting(&agent, "s2");
-    ahead.applied_generation = Some(41);
+    ahead.ledger = Some(LedgerFence {
+        cluster_uid: cluster.core.cluster_uid.clone(),
+        epoch: cluster.core.epoch,
+        generation: 41,
+        digest: String::new(),
+    });
     rts_controller::greet(&cluster.core, "local", ahead).unwrap();
     cluster.apply(systems::hello()).await;
     cluster.until_phase("hello", Phase::Converged).await;

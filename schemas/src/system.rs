@@ -192,6 +192,43 @@ pub struct Policy {
     /// Reset it when it is in Error (`rtsctl.resetOnError`).
     #[serde(default)]
     pub reset_on_error: bool,
+    /// Most restarts of it within [`Policy::restart_window_ms`] (`rtsctl.restartLimit`); none for no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart_limit: Option<u32>,
+    /// Milliseconds in which restarts are counted (`rtsctl.restartWindow`); none for [`RESTART_WINDOW_MS`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart_window_ms: Option<u64>,
+    /// Milliseconds that `on_initialize` and `on_activated` may take (`rtsctl.startTimeout`); none for
+    /// [`START_TIMEOUT_MS`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_timeout_ms: Option<u64>,
+    /// Milliseconds after which a callback that has not returned hangs (`rtsctl.livenessTimeout`); none for
+    /// [`LIVENESS_TIMEOUT_MS`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub liveness_timeout_ms: Option<u64>,
+    /// When it hangs (`rtsctl.onHang`).
+    #[serde(default)]
+    pub on_hang: OnHang,
+}
+
+/// Default of [`Policy::restart_window_ms`].
+pub const RESTART_WINDOW_MS: u64 = 600_000;
+
+/// Default of [`Policy::start_timeout_ms`].
+pub const START_TIMEOUT_MS: u64 = 10_000;
+
+/// Default of [`Policy::liveness_timeout_ms`].
+pub const LIVENESS_TIMEOUT_MS: u64 = 5_000;
+
+/// What happens when a component hangs in a callback, or its manager does not answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnHang {
+    /// It is told, and the system is not healthy.
+    #[default]
+    Report,
+    /// Its manager process is replaced, with all that is in it.
+    Restart,
 }
 
 /// Restart policy, as Kubernetes names it.
@@ -207,16 +244,17 @@ pub enum RestartPolicy {
     Never,
 }
 
-/// What a component does when a connector's other end is lost.
+/// What a component does when a connector's other end is lost. Its manager does it at once, with or without agent and
+/// controller; the plan brings the component back in order once all its peers are there again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OnDisconnect {
     /// Goes on.
     #[default]
     Keep,
-    /// Is deactivated.
+    /// Is deactivated; activated again only when all its connectors are connected.
     Deactivate,
-    /// Is stopped.
+    /// Is deactivated, finalised and deleted; created again only when all its peers can be.
     Stop,
 }
 

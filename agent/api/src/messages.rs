@@ -36,8 +36,44 @@ pub struct NodeSpecEnvelope {
     pub generation: u64,
     /// SHA-256 over the JSON of `spec`, hexadecimal.
     pub digest: String,
+    /// The ledger of another store that this one replaces, word by word as the agent told it; the agent refuses when
+    /// its ledger is another by now. None: a ledger of another store is never replaced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub take_over: Option<LedgerFence>,
     /// The set.
     pub spec: NodeSpec,
+}
+
+/// What an agent's ledger holds: whose, and how new.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct LedgerFence {
+    /// Uid of the store that it came from.
+    pub cluster_uid: String,
+    /// That store's epoch.
+    pub epoch: u64,
+    /// Generation of the node.
+    pub generation: u64,
+    /// SHA-256 over the JSON of the spec, hexadecimal.
+    pub digest: String,
+}
+
+/// Which part of a component's log is wanted.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct LogQuery {
+    /// Lines from the end, at most 10000; none for 200.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tail: Option<usize>,
+    /// Stay, and send what is added, across rotations and restarts.
+    #[serde(default)]
+    pub follow: bool,
+    /// Of the incarnation before the newest only.
+    #[serde(default)]
+    pub previous: bool,
+    /// Only lines from this time on, RFC 3339.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub since: Option<String>,
 }
 
 /// Answer to a [`NodeSpecEnvelope`].

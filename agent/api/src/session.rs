@@ -4,9 +4,12 @@ use std::time::Duration;
 
 use reqwest::Method;
 use rts_http::client::{Client, ClientError, segment};
+use rts_plan::delta::InventoryDelta;
 use rts_plan::observed::Inventory;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+use crate::messages::LedgerFence;
 
 /// Time between two heartbeats.
 pub const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -32,8 +35,8 @@ pub struct SessionGreeting {
     pub endpoint: String,
     /// Names by which hosts in profiles may mean this node.
     pub aliases: Vec<String>,
-    /// Generation in its ledger; none when it has none.
-    pub applied_generation: Option<u64>,
+    /// What its ledger holds, and so the generation that it applied last; none when it has none.
+    pub ledger: Option<LedgerFence>,
     /// Everything that runs on it.
     pub inventory: Inventory,
 }
@@ -49,11 +52,14 @@ pub struct SessionReply {
 }
 
 /// A sign of life.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct Heartbeat {
-    /// Revision of the agent's inventory: a new one makes the controller ask for it.
+    /// Revision of the agent's inventory: one that the controller cannot reach by `delta` makes it ask for all.
     pub inventory_revision: u64,
+    /// What has changed since the last heartbeat that was accepted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delta: Option<InventoryDelta>,
     /// What happened since the last heartbeat that was accepted.
     #[serde(default)]
     pub events: Vec<AgentEvent>,

@@ -160,6 +160,7 @@ fn configuration_changes_in_place_all_or_nothing() {
         sets: default_set(sets),
         active: None,
         rate,
+        on_disconnect: None,
     };
     ok(
         &mut client,
@@ -231,6 +232,7 @@ fn a_failure_leads_to_error_with_its_reason_and_reset_leads_out() {
         sets: default_set(&[("fail", value)]),
         active: None,
         rate: None,
+        on_disconnect: None,
     };
     let reset = || RequestBody::Reset {
         instance: "A".to_owned(),

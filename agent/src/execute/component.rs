@@ -23,6 +23,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             configuration,
             execution_kind,
             rate,
+            on_disconnect: _,
         } => {
             let request = create_request(
                 verb,
@@ -40,6 +41,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             instance,
             configuration,
             rate,
+            on_disconnect,
         } => {
             let Configuration { active, sets } = configuration;
             let request = RequestBody::Configure {
@@ -47,6 +49,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 sets,
                 active,
                 rate,
+                on_disconnect: on_disconnect.map(|_| "keep".to_owned()),
             };
             done(verb, &manager, request).await
         }
@@ -124,6 +127,7 @@ fn create_request(
         recreate_hash,
         restarts,
         rate,
+        on_disconnect: None,
     }
 }
 

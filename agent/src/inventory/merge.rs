@@ -10,7 +10,9 @@ use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
     ManagerObserved, PortObserved,
 };
-use rts_schemas::system::{Configuration, Direction, ExecutionKind, PortKind, PortRef};
+use rts_schemas::system::{
+    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
+};
 
 /// What is known of one manager.
 #[derive(Debug, Clone)]
@@ -33,6 +35,7 @@ pub(crate) fn merge(node: &str, mut views: Vec<View>) -> Inventory {
     Inventory {
         node: node.to_owned(),
         revision: 0,
+        held: Vec::new(),
         managers: views.into_iter().map(|v| manager(v, &received)).collect(),
     }
 }
@@ -69,6 +72,7 @@ fn manager(view: View, received: &Received) -> ManagerObserved {
         pid: view.pid,
         started: view.started,
         responsive: view.responsive,
+        expired: None,
         modules: view.inventory.modules,
         components,
     }
@@ -100,6 +104,7 @@ fn component(
         },
         defaults: info.defaults,
         hangs: info.busy.as_ref().map(hangs),
+        on_disconnect: OnDisconnect::default(),
         execution_kind: execution_kind(&info.execution_kind),
         rate: info.rate,
         executions: info.executions,
@@ -207,6 +212,7 @@ mod tests {
         ComponentInfo {
             instance: instance.to_owned(),
             type_name: "T".to_owned(),
+            on_disconnect: None,
             system: None,
             incarnation: instance.to_owned(),
             recreate_hash: String::new(),
@@ -295,6 +301,7 @@ mod tests {
                 pid: 1,
                 started: String::new(),
                 responsive: true,
+                expired: None,
                 modules: Default::default(),
                 components: vec![component(info, None, &Received::new())],
             });

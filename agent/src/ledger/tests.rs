@@ -26,6 +26,7 @@ fn envelope(cluster: &str, epoch: u64, generation: u64, systems: &[&str]) -> Nod
         epoch,
         generation,
         digest: digest(&spec),
+        take_over: None,
         spec,
     }
 }

@@ -287,6 +287,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
     ComponentInfo {
         incarnation: uuid::Uuid::new_v4().to_string(),
         recreate_hash: request.recreate_hash,
+        on_disconnect: request.on_disconnect,
         restarts: request.restarts,
         created: "2026-01-01T00:00:00Z".to_owned(),
         state: "Inactive".to_owned(),

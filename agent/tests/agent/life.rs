@@ -18,7 +18,7 @@ async fn the_death_of_a_manager_is_told_and_its_components_count_a_restart() {
     let node = Node::with("grandchild", Some(controller.socket())).await;
     let greeting = controller.greeting().await;
     assert_eq!(greeting.aliases, ["robot"]);
-    assert_eq!(greeting.applied_generation, None);
+    assert_eq!(greeting.ledger, None);
     assert_eq!(greeting.inventory.revision, 1);
     node.hello().await;
     let up = node.agent.inventory().await.unwrap();
@@ -171,7 +171,7 @@ async fn an_agent_works_without_its_controller_and_greets_it_when_it_comes() {
     node.hello().await;
     let controller = FakeController::at(folder, socket).await;
     let greeting = controller.greeting().await;
-    assert_eq!(greeting.applied_generation, Some(1));
+    assert_eq!(greeting.ledger.map(|ledger| ledger.generation), Some(1));
     assert_eq!(greeting.inventory.managers.len(), 2);
     controller.event("ManagerStarted").await;
 }

@@ -211,6 +211,7 @@ pub fn envelope(generation: u64, systems: Vec<NodeSystem>) -> NodeSpecEnvelope {
         epoch: 1,
         generation,
         digest: digest(&spec),
+        take_over: None,
         spec,
     }
 }
@@ -315,6 +316,7 @@ pub fn create(id: StepId, needs: &[StepId], at: &str, instance: &str, type_name:
         configuration: Configuration::default(),
         execution_kind: ExecutionKind::Periodic,
         rate: Some(100.0),
+        on_disconnect: Default::default(),
     };
     step(id, needs, &format!("component/{instance}"), work)
 }

@@ -101,6 +101,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 configuration: spec.configuration.clone(),
                 execution_kind: spec.execution_context.kind,
                 rate: spec.execution_context.rate,
+                on_disconnect: spec.policy.on_disconnect,
             },
             reason: make.reason.clone(),
         });
@@ -215,6 +216,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 instance: id.instance.to_owned(),
                 configuration: Configuration::clone(&change.configuration),
                 rate: change.rate,
+                on_disconnect: None,
             },
             reason: change.reason.clone(),
         });

@@ -7,6 +7,7 @@
 //! orders that can never be obeyed, [`plan`](planner::plan) plans, [`render`](render::render) shows a plan to people.
 
 pub mod check;
+pub mod delta;
 pub mod desired;
 pub mod observed;
 pub mod place;

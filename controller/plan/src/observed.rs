@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_schemas::system::{Configuration, Direction, ExecutionKind, PortKind, PortRef};
+use rts_schemas::system::{
+    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -37,6 +39,22 @@ pub struct Inventory {
     pub revision: u64,
     /// Manager processes that are alive.
     pub managers: Vec<ManagerObserved>,
+    /// Components that are not brought up again, since their process ended by itself and their restart policy or its
+    /// limit forbids it. Decided and kept durably by the agent until the system changes.
+    #[serde(default)]
+    pub held: Vec<Held>,
+}
+
+/// A component that is not brought up again.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Held {
+    /// Its system.
+    pub system: SystemRef,
+    /// Instance name.
+    pub instance: String,
+    /// Why, and how to mend it.
+    pub reason: String,
 }
 
 /// A live manager process.
@@ -53,6 +71,10 @@ pub struct ManagerObserved {
     pub started: String,
     /// False when it did not answer in time (stopped, hanging); its contents are then those last seen.
     pub responsive: bool,
+    /// Why its process must be replaced: something in it hangs for longer than its policy allows and asks for that
+    /// (`rtsctl.onHang: restart`). Decided by the agent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expired: Option<String>,
     /// Type names of loaded modules.
     pub modules: BTreeSet<String>,
     /// Components that it holds.
@@ -108,6 +130,9 @@ pub struct ComponentObserved {
     /// raise no revision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hangs: Option<String>,
+    /// What it does by itself when a peer is lost.
+    #[serde(default)]
+    pub on_disconnect: OnDisconnect,
     /// Kind of its execution context.
     pub execution_kind: ExecutionKind,
     /// Rate of its execution context in Hz.

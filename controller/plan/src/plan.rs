@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::{Configuration, ExecutionKind};
+use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -187,6 +187,9 @@ pub enum Work {
         execution_kind: ExecutionKind,
         /// Rate in Hz; `None` leaves the module's default.
         rate: Option<f64>,
+        /// What it does by itself when a peer is lost.
+        #[serde(default)]
+        on_disconnect: OnDisconnect,
     },
     /// Set configuration values, the active set and the rate of a component in place.
     Configure {
@@ -198,6 +201,9 @@ pub enum Work {
         configuration: Configuration,
         /// Rate in Hz; `None` leaves it.
         rate: Option<f64>,
+        /// What it does by itself when a peer is lost; `None` leaves it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        on_disconnect: Option<OnDisconnect>,
     },
     /// Connect two ports. Carried out on the node of the source.
     Connect {

@@ -155,6 +155,7 @@ impl NodeSpecs {
                 epoch: self.core.epoch,
                 generation: generation.generation,
                 digest,
+                take_over: None,
                 spec: spec.clone(),
             },
         }))

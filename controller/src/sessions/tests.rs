@@ -12,7 +12,7 @@ fn greeting(session: &str) -> SessionGreeting {
         session: session.into(),
         endpoint: "/nowhere".into(),
         aliases: Vec::new(),
-        applied_generation: None,
+        ledger: None,
         inventory: Inventory::default(),
     }
 }

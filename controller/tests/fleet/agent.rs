@@ -166,6 +166,7 @@ impl FakeAgent {
             node: self.node.clone(),
             revision: state.revision,
             managers: state.managers.clone(),
+            held: Vec::new(),
         }
     }
 

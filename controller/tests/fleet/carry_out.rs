@@ -120,6 +120,7 @@ fn change(state: &mut State, step: &Step) {
             incarnation,
             started: "2027-01-15T08:00:00Z".into(),
             responsive: true,
+            expired: None,
             modules: BTreeSet::new(),
             components: Vec::new(),
         }),
@@ -139,6 +140,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             execution_kind,
             rate,
+            on_disconnect,
         } => at(state, &manager).components.push(ComponentObserved {
             instance,
             type_name,
@@ -152,6 +154,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             defaults: Default::default(),
             hangs: None,
+            on_disconnect,
             execution_kind,
             rate: rate.unwrap_or(1000.0),
             executions: 0,
@@ -163,8 +166,12 @@ fn change(state: &mut State, step: &Step) {
             instance,
             configuration,
             rate,
+            on_disconnect,
         } => {
             let component = component(state, &manager, &instance);
+            if let Some(on_disconnect) = on_disconnect {
+                component.on_disconnect = on_disconnect;
+            }
             if let Some(rate) = rate {
                 component.rate = rate;
             }

@@ -128,6 +128,7 @@ impl Cluster {
                 }
                 let beat = Heartbeat {
                     inventory_revision: agent.revision(),
+                    delta: None,
                     events: Vec::new(),
                 };
                 if rts_controller::heartbeat(&core, &node, &session, beat).is_err() {
@@ -219,7 +220,7 @@ pub fn greeting(agent: &FakeAgent, session: &str) -> SessionGreeting {
         session: session.into(),
         endpoint: agent.node.clone(),
         aliases: vec![],
-        applied_generation: None,
+        ledger: None,
         inventory: agent.inventory_now(),
     }
 }

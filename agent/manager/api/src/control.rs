@@ -91,6 +91,9 @@ pub enum RequestBody {
         active: Option<String>,
         /// New rate in Hz.
         rate: Option<f64>,
+        /// `keep`, `deactivate` or `stop` when a peer is lost; none leaves it. Since version 2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        on_disconnect: Option<String>,
     },
     /// Let the named connector be bound to an in-port: a data connection that says otherwise is refused. Answer: `Bound`.
     Bind(Binding),
@@ -158,6 +161,9 @@ pub struct CreateRequest {
     pub rate: Option<f64>,
     /// Absolute path of the component's log; opened with O_APPEND.
     pub log_path: String,
+    /// `keep` (default), `deactivate` or `stop` when a peer is lost. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_disconnect: Option<String>,
 }
 
 /// An in-port end that waits for its connector.
@@ -326,6 +332,9 @@ pub struct ComponentInfo {
     /// The callback that runs now, when it has run for a second or longer.
     #[serde(default)]
     pub busy: Option<Busy>,
+    /// `keep`, `deactivate` or `stop` when a peer is lost; none from a manager of version 1, which keeps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_disconnect: Option<String>,
     /// `periodic`.
     pub execution_kind: String,
     /// Rate in Hz.

@@ -265,6 +265,7 @@ impl Component {
         ComponentInfo {
             defaults: self.module.parameters.clone(),
             busy: self.hangs(),
+            on_disconnect: None,
             instance: identity.instance.clone(),
             type_name: self.module.type_name.clone(),
             system: identity.system.clone(),

@@ -37,6 +37,7 @@ pub fn handle(
             sets,
             active,
             rate,
+            on_disconnect: _,
         } => act(&instance, Action::Configure { sets, active, rate }),
         RequestBody::Bind(binding) => connect::bind(manager, binding),
         RequestBody::Unbind { connector } => Ok(connect::unbind(manager, &connector)),

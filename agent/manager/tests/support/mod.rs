@@ -122,6 +122,7 @@ impl Running {
             execution_kind: "periodic".to_owned(),
             rate: None,
             log_path: self.log_path(instance).display().to_string(),
+            on_disconnect: None,
         })
     }
 

@@ -114,8 +114,12 @@ impl World {
                 instance,
                 configuration,
                 rate,
+                on_disconnect,
             } => {
                 let component = self.find(node, manager, instance)?;
+                if let Some(on_disconnect) = on_disconnect {
+                    component.on_disconnect = *on_disconnect;
+                }
                 for (set, values) in &configuration.sets {
                     let own = component.configuration.sets.entry(set.clone()).or_default();
                     own.extend(values.clone());

@@ -16,7 +16,7 @@ use rts_plan::observed::{
 };
 use rts_plan::plan::StepId;
 use rts_plan::{NodeFacts, StoredSystem, place};
-use rts_schemas::system::{Configuration, ExecutionKind};
+use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 
 /// Everything that runs.
 #[derive(Debug, Clone, Default)]
@@ -200,6 +200,7 @@ impl World {
             pid: 1000 + number,
             started: "2026-01-01T00:00:00Z".to_owned(),
             responsive: true,
+            expired: None,
             modules: BTreeSet::new(),
             components: Vec::new(),
         }
@@ -226,6 +227,7 @@ impl World {
             configuration: Configuration::default(),
             defaults: BTreeMap::new(),
             hangs: None,
+            on_disconnect: OnDisconnect::default(),
             execution_kind: ExecutionKind::Periodic,
             rate: 1000.0,
             executions: 0,
