@@ -3,7 +3,10 @@
 //! The tests are in `tests/`; this library is their harness. Programs and modules are those beside the test in the
 //! target folder.
 
+mod daemons;
 mod processes;
+mod profile;
+mod witness;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -11,7 +14,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+pub use daemons::{kill_9, signal};
 pub use processes::{alive, kill, processes_of};
+pub use profile::Profile;
+pub use witness::{Seen, Witness};
 
 /// A local stack with its own `RTSCTL_HOME`, taken down at the end.
 pub struct Stack {
