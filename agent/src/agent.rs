@@ -10,7 +10,7 @@ use tokio::sync::{Mutex, Notify};
 
 use crate::batches::Batches;
 use crate::config::Config;
-use crate::events::Events;
+use crate::events::{Events, lock};
 use crate::folders::{FolderError, Folders};
 use crate::heal::{BackOff, Lease};
 use crate::inventory::Keeper;
@@ -18,6 +18,7 @@ use crate::launch::Launcher;
 use crate::ledger::{Fence, FileStore, Ledger, LedgerError};
 use crate::managers::Managers;
 use crate::modules::Modules;
+use crate::policies::Policies;
 use crate::restarts::Restarts;
 
 /// An agent that cannot start.
@@ -57,6 +58,8 @@ pub(crate) struct Agent {
     /// Unique id of this start.
     pub session: String,
     pub ledger: Mutex<Ledger>,
+    /// Those of the ledger's spec.
+    policies: std::sync::Mutex<Arc<Policies>>,
     pub launcher: Arc<dyn Launcher>,
     pub managers: Managers,
     pub modules: Modules,
@@ -82,14 +85,22 @@ impl Agent {
         launcher: Arc<dyn Launcher>,
     ) -> Result<Self, StartError> {
         let store = Arc::new(FileStore::new(&folders.state));
+        let ledger = Ledger::load(&config.node, store)?;
+        let mut restarts = Restarts::load(&folders.state);
+        let mut policies = Policies::default();
+        if let Some(held) = ledger.held() {
+            policies = Policies::of_spec(&held.spec);
+            restarts.keep(&held.spec, &policies);
+        }
         Ok(Self {
             session: uuid::Uuid::new_v4().to_string(),
-            ledger: Mutex::new(Ledger::load(&config.node, store)?),
+            ledger: Mutex::new(ledger),
+            policies: std::sync::Mutex::new(Arc::new(policies)),
             launcher,
             managers: Managers::default(),
             modules: Modules::new(&config.module_path, &config.manager_program),
             inventory: Keeper::new(&config.node),
-            restarts: Restarts::default(),
+            restarts,
             batches: Batches::default(),
             events: Events::default(),
             dirty: Notify::new(),
@@ -134,11 +145,20 @@ impl Agent {
         if receipt.changed
             && let Some(held) = ledger.held()
         {
-            self.restarts.keep(&held.spec);
+            let policies = Arc::new(Policies::of_spec(&held.spec));
+            *lock(&self.policies) = policies.clone();
+            self.keep_restarts(&held.spec, &policies).await;
+            // What was held may be free now.
+            self.dirty.notify_one();
             self.batches.cancel_others(&Fence::of(held));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
         Ok(receipt)
+    }
+
+    /// The policies of the ledger's spec.
+    pub fn policies(&self) -> Arc<Policies> {
+        lock(&self.policies).clone()
     }
 
     /// Without a ledger, what runs tells whom the node obeys: whoever knows all systems of which managers live.

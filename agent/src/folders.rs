@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use rts_host::cgroup::{Cgroups, Choice};
 use rts_http::server::MAX_SOCKET_PATH;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::ManagerKey;
@@ -26,6 +27,9 @@ pub(crate) struct Folders {
     pub component_logs: PathBuf,
     /// `logs/<node>/managers`.
     pub manager_logs: PathBuf,
+    /// The control groups of the home.
+    pub cgroups: Cgroups,
+    node: String,
 }
 
 /// Folders that cannot be used.
@@ -75,6 +79,8 @@ impl Folders {
             state: home.join("state").join(node),
             component_logs: logs.join("components"),
             manager_logs: logs.join("managers"),
+            cgroups: Cgroups::of(&home, Choice::from_env()),
+            node: node.to_owned(),
         };
         let socket = folders.run.join("0".repeat(ID_DIGITS)).join(CONTROL_SOCKET);
         let length = socket.as_os_str().len();
@@ -111,6 +117,18 @@ impl Folders {
     /// Run folder of a manager.
     pub fn manager(&self, key: &ManagerKey) -> PathBuf {
         self.run.join(folder_id(key))
+    }
+
+    /// Name of the control group of the manager with this run folder.
+    pub fn cgroup(&self, folder: &Path) -> String {
+        let id = folder.file_name().unwrap_or_default();
+        format!("{}.{}", self.node, id.to_string_lossy())
+    }
+
+    /// Run folder of the manager with this control group; none when it is of another node.
+    pub fn of_cgroup(&self, name: &str) -> Option<PathBuf> {
+        let id = name.strip_prefix(&self.node)?.strip_prefix('.')?;
+        is_folder_id(id).then(|| self.run.join(id))
     }
 
     /// Log of a component.
@@ -195,6 +213,17 @@ mod tests {
         }
         assert_eq!(folder_id(&key(Some("1"), "main")), ids[0]);
         assert!(!is_folder_id("agent.so") && !is_folder_id("0123456") && !is_folder_id("0123456G"));
+    }
+
+    #[test]
+    fn a_control_group_leads_to_its_run_folder_and_no_other_nodes() {
+        let folders = Folders::new(Path::new("/tmp/x"), "a.b").unwrap();
+        let folder = folders.manager(&key(None, "main"));
+        let name = folders.cgroup(&folder);
+        assert_eq!(folders.of_cgroup(&name), Some(folder));
+        for other in ["a.01234567", "a.b.c.01234567", "a.b.", "a.b.0123456x"] {
+            assert_eq!(folders.of_cgroup(other), None, "{other}");
+        }
     }
 
     #[test]

@@ -14,9 +14,8 @@ use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
 use rts_agent_api::session::AgentEvent;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{Inventory, NodeObserved, Observed};
-use rts_plan::plan::{Blocked, Step, StepId};
+use rts_plan::plan::{Step, StepId};
 use rts_plan::{plan, target};
-use rts_schemas::system::RestartPolicy;
 use tokio::time::sleep;
 
 use crate::agent::Agent;
@@ -89,37 +88,11 @@ fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<St
     let desired = Desired {
         nodes: BTreeMap::from([(node.clone(), spec.spec.clone())]),
     };
-    let mut blocked = lock(&agent.failures).blocked();
-    blocked.extend(never_again(agent, spec, &inventory));
+    let blocked = lock(&agent.failures).blocked();
     let observed = Observed {
         nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory))]),
     };
     plan(&desired, &observed, &blocked).steps
-}
-
-/// Components whose process died and whose policy is not to make them again (`rtsctl.restart: never`).
-fn never_again(agent: &Agent, spec: &NodeSpecEnvelope, inventory: &Inventory) -> Blocked {
-    let lives = |instance: &str| {
-        let mut all = inventory.managers.iter().flat_map(|m| &m.components);
-        all.any(|c| c.instance == instance)
-    };
-    let mut blocked = Blocked::new();
-    for system in &spec.spec.systems {
-        for component in system.components.iter().map(|c| &c.spec) {
-            let instance = &component.instance;
-            if component.policy.restart == RestartPolicy::Never
-                && agent.restarts.of(&system.system, instance) > 0
-                && !lives(instance)
-            {
-                let key = target::on(&agent.config.node, &target::component(instance));
-                blocked.insert(
-                    key,
-                    "its process ended and rtsctl.restart is never".to_owned(),
-                );
-            }
-        }
-    }
-    blocked
 }
 
 fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>) -> Batch {

@@ -1,20 +1,26 @@
 //! What really runs on the node: all managers are asked at once, and their answers merged.
 
 mod difference;
+#[cfg(test)]
+mod fixtures;
+mod hang;
 mod merge;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rts_agent_api::session::AgentEvent;
 use rts_manager_api::control::{RequestBody, ResponseBody};
 use rts_plan::observed::Inventory;
+use tokio::time::{Instant, sleep};
 
 use crate::agent::Agent;
 use crate::events::lock;
 use crate::managers::Manager;
 
+pub(crate) use difference::delta;
 use difference::{differences, without_counters};
 use merge::{View, merge};
 pub(crate) use merge::{port, system_ref};
@@ -24,6 +30,9 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// The same for one that did not answer the last time, so that it does not hold up everybody again.
 const ANSWER_SILENT: Duration = Duration::from_millis(250);
 
+/// Pause before another look at what is not well.
+const AGAIN: Duration = Duration::from_millis(500);
+
 /// Keeps the last inventory and its revision.
 #[derive(Debug)]
 pub(crate) struct Keeper {
@@ -32,7 +41,10 @@ pub(crate) struct Keeper {
     begun: AtomicU64,
     /// Number of the last round that ended.
     ended: AtomicU64,
-    one_at_a_time: tokio::sync::Mutex<()>,
+    /// Held while one runs: since when managers have not answered, by incarnation.
+    one_at_a_time: tokio::sync::Mutex<BTreeMap<String, Instant>>,
+    /// A round is about to come, to look again at what is not well.
+    again: AtomicBool,
 }
 
 impl Keeper {
@@ -45,7 +57,8 @@ impl Keeper {
             }),
             begun: AtomicU64::new(0),
             ended: AtomicU64::new(0),
-            one_at_a_time: tokio::sync::Mutex::new(()),
+            one_at_a_time: Default::default(),
+            again: AtomicBool::new(false),
         }
     }
 
@@ -92,16 +105,24 @@ impl Agent {
         })
     }
 
-    async fn round_after(&self, asked: u64) -> Inventory {
-        let _one = self.inventory.one_at_a_time.lock().await;
+    async fn round_after(self: &Arc<Self>, asked: u64) -> Inventory {
+        let mut silent = self.inventory.one_at_a_time.lock().await;
         if self.inventory.ended.load(Ordering::SeqCst) > asked {
             return self.inventory.last();
         }
         let number = self.inventory.begun.fetch_add(1, Ordering::SeqCst) + 1;
         let managers = self.managers.all();
-        let views = futures_util::future::join_all(managers.iter().map(|m| ask(m))).await;
+        let asked = Instant::now();
+        let mut views = futures_util::future::join_all(managers.iter().map(|m| ask(m))).await;
+        note_silence(&mut silent, &mut views, asked);
+        if views.iter().any(is_unwell) {
+            self.look_again();
+        }
         let before = self.inventory.revision();
-        let (inventory, events) = self.inventory.keep(merge(&self.config.node, views));
+        let mut merged = merge(&self.config.node, views, &self.policies());
+        self.components_seen(&merged);
+        merged.held = self.restarts.held();
+        let (inventory, events) = self.inventory.keep(merged);
         for event in events {
             self.events.push(event);
         }
@@ -111,6 +132,35 @@ impl Agent {
         self.inventory.ended.store(number, Ordering::SeqCst);
         inventory
     }
+
+    /// Rings for another round soon: time alone changes what hangs.
+    fn look_again(self: &Arc<Self>) {
+        if self.inventory.again.swap(true, Ordering::SeqCst) {
+            return;
+        }
+        let agent = self.clone();
+        tokio::spawn(async move {
+            sleep(AGAIN).await;
+            agent.inventory.again.store(false, Ordering::SeqCst);
+            agent.dirty.notify_one();
+        });
+    }
+}
+
+/// Remembers since when each manager has not answered, and tells it to their views.
+fn note_silence(silent: &mut BTreeMap<String, Instant>, views: &mut [View], asked: Instant) {
+    let mut now = BTreeMap::new();
+    for view in views.iter_mut().filter(|v| !v.responsive) {
+        let since = silent.get(&view.incarnation).copied().unwrap_or(asked);
+        view.silent = Some(since.elapsed());
+        now.insert(view.incarnation.clone(), since);
+    }
+    *silent = now;
+}
+
+/// True for a manager that may soon have to be replaced.
+fn is_unwell(view: &View) -> bool {
+    !view.responsive || view.inventory.components.iter().any(|c| c.busy.is_some())
 }
 
 async fn ask(manager: &Manager) -> View {
@@ -134,6 +184,7 @@ async fn ask(manager: &Manager) -> View {
         pid: manager.pid,
         started: manager.started.get().cloned().unwrap_or_default(),
         responsive: seen.responsive,
+        silent: None,
         inventory: seen.inventory.clone(),
     }
 }

@@ -11,7 +11,7 @@ use rts_agent_api::messages::{NodeSpecEnvelope, NodeSpecReceipt};
 use rts_http::problem::Problem;
 use rts_plan::place::digest;
 
-pub(crate) use fence::Fence;
+pub(crate) use fence::{Fence, ledger_fence};
 use fence::{Verdict, judge};
 
 /// Name of the ledger's file in the state folder.
@@ -119,8 +119,10 @@ impl Ledger {
     }
 
     /// Accepts or refuses a write; durable when it returns. Must not be dropped before: disk and memory would differ.
-    pub async fn put(&mut self, offered: NodeSpecEnvelope) -> Result<NodeSpecReceipt, Problem> {
+    pub async fn put(&mut self, mut offered: NodeSpecEnvelope) -> Result<NodeSpecReceipt, Problem> {
         let verdict = judge(&self.node, self.held.as_ref(), &offered)?;
+        // How it came to be accepted is no part of it.
+        offered.take_over = None;
         let generation = offered.generation;
         let changed = verdict == Verdict::Newer;
         if changed {

@@ -22,6 +22,7 @@ mod manager_link;
 mod managers;
 mod modules;
 mod pidfd;
+mod policies;
 mod process;
 mod restarts;
 mod run;

@@ -1,43 +1,27 @@
-//! The last lines of a log, read from its end, with a bound on lines and bytes.
+//! Logs of components: which lines are wanted, read from files that are written and rotated meanwhile, with a bound on
+//! everything.
+
+mod cut;
+mod files;
+mod live;
+mod pick;
+mod reader;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Most lines that are given.
-pub(crate) const MAX_LINES: usize = 10_000;
-/// Most bytes that are read.
-pub(crate) const MAX_BYTES: u64 = 4 * 1024 * 1024;
+pub(crate) use self::reader::{LogReader, ReadError, Step, Wanted};
+
+/// Most lines that are given of what is there.
+const MAX_LINES: usize = 10_000;
+/// Most bytes that are read, or kept, for the last lines.
+const MAX_BYTES: u64 = 4 * 1024 * 1024;
 /// Bytes read at once.
 const BLOCK: u64 = 64 * 1024;
 
-/// The last `lines` lines of a file, at most [`MAX_LINES`] and [`MAX_BYTES`]. Bytes that are not UTF-8 are replaced.
-pub(crate) fn tail(path: &Path, lines: usize) -> io::Result<String> {
-    tail_from(path, 0, lines)
-}
-
-/// The last lines of a log that may have been rotated: what lies in `<path>.1` goes before, when there are not enough.
-pub(crate) fn tail_of_log(path: &Path, lines: usize) -> io::Result<String> {
-    let lines = lines.min(MAX_LINES);
-    let mut old = path.as_os_str().to_owned();
-    old.push(".1");
-    let now = match tail(path, lines) {
-        // It may be between its two names.
-        Err(e) if e.kind() == io::ErrorKind::NotFound && Path::new(&old).exists() => String::new(),
-        other => other?,
-    };
-    let missing = lines.saturating_sub(now.lines().count());
-    if missing == 0 || now.len() as u64 >= MAX_BYTES {
-        return Ok(now);
-    }
-    match tail(Path::new(&old), missing) {
-        Ok(before) => Ok(before + &now),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(now),
-        Err(e) => Err(e),
-    }
-}
-
-/// The same, without what lies before the byte `from`.
+/// The last lines of a file from the byte `from` on, at most [`MAX_LINES`] and [`MAX_BYTES`]. Bytes that are not UTF-8
+/// are replaced.
 pub(crate) fn tail_from(path: &Path, from: u64, lines: usize) -> io::Result<String> {
     let lines = lines.min(MAX_LINES);
     let mut file = File::open(path)?;
@@ -80,57 +64,4 @@ fn start_of(bytes: &[u8], lines: usize) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn log(text: &[u8]) -> tempfile::NamedTempFile {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(file.path(), text).unwrap();
-        file
-    }
-
-    #[test]
-    fn the_last_lines_come_whole() {
-        let file = log(b"one\ntwo\nthree\n");
-        assert_eq!(tail(file.path(), 2).unwrap(), "two\nthree\n");
-        assert_eq!(tail(file.path(), 3).unwrap(), "one\ntwo\nthree\n");
-        assert_eq!(tail(file.path(), 99).unwrap(), "one\ntwo\nthree\n");
-        assert_eq!(tail(file.path(), 0).unwrap(), "");
-        assert_eq!(tail(log(b"a\nb").path(), 1).unwrap(), "b");
-        assert_eq!(tail(log(b"").path(), 1).unwrap(), "");
-        assert_eq!(tail(log(b"\n\n").path(), 1).unwrap(), "\n");
-        assert_eq!(tail_from(file.path(), 8, 9).unwrap(), "three\n");
-        assert_eq!(tail_from(file.path(), 999, 9).unwrap(), "");
-    }
-
-    #[test]
-    fn a_rotated_log_gives_what_is_missing() {
-        let folder = tempfile::tempdir().unwrap();
-        let log = folder.path().join("x.log");
-        assert!(tail_of_log(&log, 9).is_err());
-        std::fs::write(folder.path().join("x.log.1"), "one\ntwo\n").unwrap();
-        assert_eq!(tail_of_log(&log, 1).unwrap(), "two\n");
-        std::fs::write(&log, "three\n").unwrap();
-        assert_eq!(tail_of_log(&log, 1).unwrap(), "three\n");
-        assert_eq!(tail_of_log(&log, 2).unwrap(), "two\nthree\n");
-        assert_eq!(tail_of_log(&log, 9).unwrap(), "one\ntwo\nthree\n");
-    }
-
-    #[test]
-    fn lines_across_blocks_and_both_bounds_hold() {
-        let line = format!("{}\n", "x".repeat(99));
-        let file = log(line.repeat(60_000).as_bytes());
-        let text = tail(file.path(), 1500).unwrap();
-        assert_eq!(text, line.repeat(1500));
-        assert_eq!(
-            tail(file.path(), usize::MAX).unwrap(),
-            line.repeat(MAX_LINES)
-        );
-
-        let long = format!("{}\n", "y".repeat(999));
-        let text = tail(log(long.repeat(9000).as_bytes()).path(), MAX_LINES).unwrap();
-        assert!(text.len() as u64 <= MAX_BYTES);
-        assert_eq!(text, long.repeat(text.len() / long.len()));
-        assert!(text.len() as u64 > MAX_BYTES - 1000);
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! The live managers of the node: starting them, finding them, watching their end, and stopping them.
 
 mod adopt;
+mod cgroup;
 mod start;
 mod stop;
 mod tenant;
@@ -22,13 +23,14 @@ use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::launch::{Exit, ExitFuture};
 use crate::manager_link::{Link, OnChanged};
-use crate::process::kill_group;
+use crate::process::Family;
 
 pub(crate) use adopt::{adopt_all, adopt_round};
+pub(crate) use cgroup::bury_orphans;
 pub(crate) use start::StartManagerError;
 pub(crate) use stop::StopError;
 
-/// How long the rest of a process group may take to die.
+/// How long the rest of what a manager started may take to die.
 const GROUP_END: Duration = Duration::from_secs(2);
 
 /// The registry.
@@ -39,6 +41,8 @@ pub(crate) struct Managers {
     starting: Mutex<HashMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
     /// Held while run folders are looked at, made or removed.
     folders: tokio::sync::Mutex<()>,
+    /// That there are no control groups is said once.
+    no_cgroups: OnceLock<()>,
 }
 
 /// One start of a manager.
@@ -47,6 +51,8 @@ pub(crate) struct Manager {
     pub key: ManagerKey,
     pub incarnation: String,
     pub pid: u32,
+    /// Its process and what that started.
+    family: Family,
     /// Wall-clock start, RFC 3339; set once it has said so.
     pub started: OnceLock<String>,
     pub folder: PathBuf,
@@ -65,8 +71,6 @@ pub(crate) struct Seen {
     pub responsive: bool,
     /// Its contents.
     pub inventory: ManagerInventory,
-    /// Components of systems that it was told to create, and how often they were made again before.
-    pub told: BTreeMap<String, (SystemRef, u32)>,
     /// Incarnations that it said it has deleted, and that an answer from before may still hold.
     pub deleted: BTreeSet<String>,
 }
@@ -146,7 +150,7 @@ async fn remove_folder(folder: PathBuf) {
 pub(crate) struct Identity {
     pub key: ManagerKey,
     pub incarnation: String,
-    pub pid: u32,
+    pub family: Family,
     pub folder: PathBuf,
 }
 
@@ -159,7 +163,7 @@ impl Manager {
         let Identity {
             key,
             incarnation,
-            pid,
+            family,
             folder,
         } = identity;
         let link = Link::start(
@@ -177,14 +181,14 @@ impl Manager {
                     modules: Default::default(),
                     components: Vec::new(),
                 },
-                told: BTreeMap::new(),
                 deleted: BTreeSet::new(),
             }),
             stopping: AtomicBool::new(false),
             ended: watch::Sender::new(None),
             key,
             incarnation,
-            pid,
+            pid: family.pid,
+            family,
             started: OnceLock::new(),
             folder,
         })
@@ -195,7 +199,7 @@ impl Manager {
         *self.ended.borrow()
     }
 
-    /// Waits until the process and its group are gone and its run folder is removed.
+    /// Waits until the process and all that it started are gone and its run folder is removed.
     pub async fn ended(&self) {
         // The sender lives as long as we do.
         let _ = self.ended.subscribe().wait_for(Option::is_some).await;
@@ -224,48 +228,36 @@ impl Agent {
         let agent = Arc::downgrade(self);
         tokio::spawn(async move {
             let exit = exit.await;
-            if !kill_group(manager.pid, GROUP_END).await {
-                tracing::warn!(pid = manager.pid, "processes of the group do not die");
+            if !manager.family.end(GROUP_END).await {
+                tracing::warn!(pid = manager.pid, "processes that it started do not die");
+            }
+            let Some(agent) = agent.upgrade() else {
+                // The next agent finds its folder, and counts it.
+                return;
+            };
+            if !manager.is_stopping() {
+                // While its folder tells of it: should we end now, the next agent counts it.
+                agent.manager_died(&manager.incarnation, exit).await;
             }
             remove_folder(manager.folder.clone()).await;
             manager.link.close();
-            if let Some(agent) = agent.upgrade() {
-                agent.managers.remove(&manager);
-                agent.buried(&manager, exit);
-            }
+            agent.managers.remove(&manager);
+            agent.buried(&manager, exit);
             manager.ended.send_replace(Some(exit));
         });
     }
 
-    /// Tells of a manager's end, and remembers what died with it.
+    /// Tells of a manager's end.
     fn buried(&self, manager: &Manager, exit: Exit) {
         self.dirty.notify_one();
         if manager.is_stopping() {
             tracing::info!(manager = manager.key.display_name(), "stopped: {exit}");
             return;
         }
-        for (instance, (system, restarts)) in manager.lost() {
-            self.restarts.died(&system, &instance, restarts);
-        }
         let event = died(manager, exit);
         let target = target::on(&self.config.node, &target::manager(&manager.key));
         lock(&self.failures).failed(target, event.message.clone());
         self.events.push(event);
-    }
-}
-
-impl Manager {
-    /// Components of systems that it held, or was about to hold.
-    fn lost(&self) -> BTreeMap<String, (SystemRef, u32)> {
-        let seen = lock(&self.seen);
-        let mut lost = seen.told.clone();
-        for component in &seen.inventory.components {
-            if let Some(system) = &component.system {
-                let system = crate::inventory::system_ref(system);
-                lost.insert(component.instance.clone(), (system, component.restarts));
-            }
-        }
-        lost
     }
 }
 
@@ -308,7 +300,6 @@ mod tests {
         let mut seen = Seen {
             responsive: false,
             inventory: holding(&["one"]),
-            told: BTreeMap::new(),
             deleted: BTreeSet::new(),
         };
         seen.forget("A0");

@@ -1,9 +1,11 @@
-//! Ending whole process groups.
+//! Ending whole process groups and control groups.
 
 use std::time::Duration;
 
+use rts_host::cgroup::Cgroup;
 use rts_host::process::group_lives;
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal};
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
 /// Sends a signal to a whole process group; an empty one is fine, a refusal is logged.
@@ -13,26 +15,71 @@ pub(crate) fn signal_group(pid: u32, signal: Signal) {
     }
 }
 
-/// Kills a process group and waits until it is gone; false when it still lives at the end of the time.
-pub(crate) async fn kill_group(pid: u32, limit: Duration) -> bool {
-    let end = Instant::now() + limit;
-    let mut pause = Duration::from_millis(1);
-    while lives(pid).await {
-        signal_group(pid, Signal::KILL);
-        if Instant::now() >= end {
-            return false;
-        }
-        sleep(pause).await;
-        pause = (pause * 2).min(Duration::from_millis(50));
-    }
-    true
+/// A process that leads its group, and all that it started. Without a control group, one that has left the process
+/// group is not found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Family {
+    pub pid: u32,
+    pub cgroup: Option<Cgroup>,
 }
 
-/// A look at all processes, off the thread that serves.
-async fn lives(pid: u32) -> bool {
-    tokio::task::spawn_blocking(move || group_lives(pid))
-        .await
-        .unwrap_or(true)
+impl Family {
+    /// Sends each of them a signal, once.
+    pub async fn signal(&self, signal: Signal) {
+        let family = self.clone();
+        // It cannot panic.
+        let _ = spawn_blocking(move || family.signal_now(signal)).await;
+    }
+
+    fn signal_now(&self, signal: Signal) {
+        signal_group(self.pid, signal);
+        let Some(cgroup) = &self.cgroup else { return };
+        if signal == Signal::KILL {
+            return cgroup.kill();
+        }
+        for process in cgroup.processes() {
+            let group = rustix::process::getpgid(Pid::from_raw(process.pid()));
+            let had_it = |group: Pid| u32::try_from(group.as_raw_nonzero().get()) == Ok(self.pid);
+            if !group.is_ok_and(had_it) {
+                process.signal(signal);
+            }
+        }
+    }
+
+    /// Kills all of them, waits until they are gone, and removes the control group; false when somebody still lives at
+    /// the end of the time.
+    pub async fn end(&self, limit: Duration) -> bool {
+        let end = Instant::now() + limit;
+        let mut pause = Duration::from_millis(1);
+        while self.lives().await {
+            self.signal(Signal::KILL).await;
+            if Instant::now() >= end {
+                return false;
+            }
+            sleep(pause).await;
+            pause = (pause * 2).min(Duration::from_millis(50));
+        }
+        if let Some(cgroup) = self.cgroup.clone() {
+            let _ = spawn_blocking(move || remove(&cgroup)).await;
+        }
+        true
+    }
+
+    /// A look at all processes, off the thread that serves.
+    async fn lives(&self) -> bool {
+        let family = self.clone();
+        let lives = move || {
+            group_lives(family.pid) || family.cgroup.as_ref().is_some_and(Cgroup::is_populated)
+        };
+        spawn_blocking(lives).await.unwrap_or(true)
+    }
+}
+
+/// Removes a control group in which nobody lives; what stands against it is logged.
+pub(crate) fn remove(cgroup: &Cgroup) {
+    if let Err(e) = cgroup.remove() {
+        tracing::warn!("cannot remove {}: {e}", cgroup.path().display());
+    }
 }
 
 #[cfg(test)]
@@ -54,7 +101,8 @@ mod tests {
         let pidfd = PidFd::open(pid, start_ticks(pid)).unwrap();
         assert!(PidFd::open(pid, Some(1)).is_err());
         assert!(group_lives(pid));
-        assert!(kill_group(pid, Duration::from_secs(5)).await);
+        let family = Family { pid, cgroup: None };
+        assert!(family.end(Duration::from_secs(5)).await);
         pidfd.ended().await;
         child.wait().unwrap();
         assert!(!group_lives(pid));

@@ -1,74 +1,214 @@
-//! How often each component was made again because its process died.
+//! Where the components of systems live, how often their processes died, and which of them are not brought up again.
+//! Durable: an agent that starts knows what died while it was away.
 
-use std::collections::BTreeMap;
-use std::sync::Mutex;
+mod file;
+mod memory;
+#[cfg(test)]
+mod tests;
 
-use rts_plan::desired::{NodeSpec, SystemRef};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use crate::events::lock;
+use jiff::Timestamp;
+use rts_agent_api::session::AgentEvent;
+use rts_host::identity::boot_id;
+use rts_manager_api::files::ManagerFile;
+use rts_plan::desired::{ManagerKey, NodeSpec, SystemRef};
+use rts_plan::observed::{Held, Inventory};
+use rts_plan::restart::Ended;
+use rts_plan::target;
+use tokio::time::sleep;
 
-/// Most components that are remembered.
-const MAX: usize = 4096;
+use crate::agent::Agent;
+use crate::events::{lock, of_manager};
+use crate::inventory::system_ref;
+use crate::launch::Exit;
+use crate::policies::Policies;
+use memory::Memory;
 
-/// Identity of a component: (system uid, instance name).
-type Identity = (String, String);
+/// How long changes are gathered that may be written a little later.
+const GATHER: Duration = Duration::from_millis(100);
 
-/// Counts that the next creation carries on.
-#[derive(Debug, Default)]
-pub(crate) struct Restarts(Mutex<BTreeMap<Identity, u32>>);
+/// What is remembered, in memory and on disk.
+#[derive(Debug)]
+pub(crate) struct Restarts {
+    memory: Mutex<Memory>,
+    path: PathBuf,
+    boot_id: Option<String>,
+    /// Number of the last change.
+    changes: AtomicU64,
+    /// Number of the last change that is on disk; locked while it is written.
+    saved: tokio::sync::Mutex<u64>,
+    /// A write is about to come.
+    soon: AtomicBool,
+}
 
 impl Restarts {
-    /// Notes that the process of a component died, which had been made again `before` times.
-    pub fn died(&self, system: &SystemRef, instance: &str, before: u32) {
-        let mut counts = lock(&self.0);
-        if counts.len() < MAX || counts.contains_key(&identity(system, instance)) {
-            counts.insert(identity(system, instance), before.saturating_add(1));
+    /// Reads what was remembered in a state folder.
+    pub fn load(state: &Path) -> Self {
+        let (path, boot_id) = (file::path(state), boot_id());
+        Self {
+            memory: Mutex::new(file::load(&path, boot_id.as_deref())),
+            path,
+            boot_id,
+            changes: AtomicU64::new(0),
+            saved: tokio::sync::Mutex::new(0),
+            soon: AtomicBool::new(false),
         }
+    }
+
+    /// Forgets what a spec does not name; written with the next change.
+    pub fn keep(&mut self, spec: &NodeSpec, policies: &Policies) {
+        self.change(|m| m.keep(spec, policies));
     }
 
     /// The count that the next creation of a component has.
     pub fn of(&self, system: &SystemRef, instance: &str) -> u32 {
-        lock(&self.0)
-            .get(&identity(system, instance))
-            .copied()
-            .unwrap_or(0)
+        lock(&self.memory).restarts(system, instance)
     }
 
-    /// Forgets components that a spec does not name.
-    pub fn keep(&self, spec: &NodeSpec) {
-        let named: std::collections::BTreeSet<Identity> = spec
-            .systems
+    /// What is not brought up again, sorted.
+    pub fn held(&self) -> Vec<Held> {
+        lock(&self.memory).held()
+    }
+
+    fn change<T>(&self, change: impl FnOnce(&mut Memory) -> T) -> T {
+        let done = change(&mut lock(&self.memory));
+        self.changes.fetch_add(1, Ordering::SeqCst);
+        done
+    }
+
+    /// Writes what has changed. Durable when it returns; a failure is told, and the next change tries again.
+    pub async fn save(&self) {
+        let mut saved = self.saved.lock().await;
+        let changes = self.changes.load(Ordering::SeqCst);
+        if *saved == changes {
+            return;
+        }
+        let components = lock(&self.memory).components();
+        let (path, boot) = (self.path.clone(), self.boot_id.clone());
+        let write = move || file::save(&path, boot.as_deref(), components);
+        let written = tokio::task::spawn_blocking(write).await;
+        match written.map_err(std::io::Error::other).flatten() {
+            Ok(()) => *saved = changes,
+            Err(e) => tracing::warn!("cannot save {}: {e}", self.path.display()),
+        }
+    }
+}
+
+impl Agent {
+    /// A manager is about to make a component.
+    pub(crate) fn component_made(
+        self: &Arc<Self>,
+        system: &SystemRef,
+        instance: &str,
+        incarnation: &str,
+    ) {
+        self.restarts
+            .change(|m| m.made(system, instance, incarnation));
+        self.save_soon();
+    }
+
+    /// A component is deleted, or was never made.
+    pub(crate) fn component_gone(self: &Arc<Self>, system: &SystemRef, instance: &str) {
+        self.restarts.change(|m| m.gone(system, instance));
+        self.save_soon();
+    }
+
+    /// A manager is about to be stopped. One that is replaced since something hangs in it counts as dead.
+    pub(crate) async fn manager_leaves(&self, incarnation: &str) {
+        let last = self.inventory.last();
+        let expired = last
+            .managers
             .iter()
-            .flat_map(|s| {
-                s.components
-                    .iter()
-                    .map(|c| identity(&s.system, &c.spec.instance))
-            })
-            .collect();
-        lock(&self.0).retain(|identity, _| named.contains(identity));
+            .any(|m| m.incarnation == incarnation && m.expired.is_some());
+        if expired {
+            self.count_deaths(incarnation, Ended::Unknown).await;
+        } else {
+            self.restarts.change(|m| m.left(incarnation));
+            self.restarts.save().await;
+        }
+    }
+
+    /// The process of a manager ended by itself.
+    pub(crate) async fn manager_died(&self, incarnation: &str, exit: Exit) {
+        let ended = match exit {
+            Exit::Code(code) => Ended::Code(code),
+            Exit::Signal(signal) => Ended::Signal(signal),
+            Exit::Unknown => Ended::Unknown,
+        };
+        self.count_deaths(incarnation, ended).await;
+    }
+
+    /// The run folder of a manager was found whose process ended while nobody watched.
+    pub(crate) async fn manager_died_unseen(&self, file: &ManagerFile) {
+        if self.restarts.boot_id.as_deref() != Some(file.boot_id.trim()) {
+            return;
+        }
+        self.count_deaths(&file.incarnation, Ended::Unknown).await;
+        let key = ManagerKey {
+            system: file.system.as_ref().map(system_ref),
+            name: file.name.clone(),
+        };
+        let message = format!("process {} ended while no agent watched it", file.pid);
+        self.events
+            .push(of_manager("Warning", "ManagerDied", &key, message));
+    }
+
+    async fn count_deaths(&self, incarnation: &str, ended: Ended) {
+        let (now, policies) = (Timestamp::now(), self.policies());
+        let held = self
+            .restarts
+            .change(|m| m.died(incarnation, ended, now, &policies));
+        self.restarts.save().await;
+        for held in held {
+            self.events.push(not_restarted(held));
+        }
+    }
+
+    /// The managers have answered.
+    pub(crate) fn components_seen(self: &Arc<Self>, inventory: &Inventory) {
+        let mut memory = lock(&self.restarts.memory);
+        let mut news = false;
+        // The others show what was there.
+        for manager in inventory.managers.iter().filter(|m| m.responsive) {
+            news |= memory.seen(manager);
+        }
+        drop(memory);
+        if news {
+            self.restarts.change(|_| ());
+            self.save_soon();
+        }
+    }
+
+    /// A spec was accepted.
+    pub(crate) async fn keep_restarts(&self, spec: &NodeSpec, policies: &Policies) {
+        self.restarts.change(|m| m.keep(spec, policies));
+        self.restarts.save().await;
+    }
+
+    /// Writes after a moment, for all that changes meanwhile.
+    fn save_soon(self: &Arc<Self>) {
+        if self.restarts.soon.swap(true, Ordering::SeqCst) {
+            return;
+        }
+        let agent = self.clone();
+        tokio::spawn(async move {
+            sleep(GATHER).await;
+            agent.restarts.soon.store(false, Ordering::SeqCst);
+            agent.restarts.save().await;
+        });
     }
 }
 
-fn identity(system: &SystemRef, instance: &str) -> Identity {
-    (system.uid.clone(), instance.to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn counts_go_on_and_belong_to_one_system() {
-        let restarts = Restarts::default();
-        let system = |uid: &str| SystemRef {
-            name: "hello".to_owned(),
-            uid: uid.to_owned(),
-        };
-        restarts.died(&system("1"), "Sine0", 0);
-        restarts.died(&system("1"), "Sine0", restarts.of(&system("1"), "Sine0"));
-        assert_eq!(restarts.of(&system("1"), "Sine0"), 2);
-        assert_eq!(restarts.of(&system("2"), "Sine0"), 0);
-        restarts.keep(&NodeSpec::default());
-        assert_eq!(restarts.of(&system("1"), "Sine0"), 0);
+fn not_restarted(held: Held) -> AgentEvent {
+    AgentEvent {
+        kind: "Warning".to_owned(),
+        reason: "NotRestarted".to_owned(),
+        object: target::component(&held.instance),
+        system: Some(held.system.name),
+        message: held.reason,
     }
 }

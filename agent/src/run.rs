@@ -18,11 +18,13 @@ use crate::agent::{Agent, StartError};
 use crate::config::Config;
 use crate::folders::Folders;
 use crate::launch::{Launcher, ProcessLauncher};
-use crate::managers::{adopt_all, adopt_round};
+use crate::managers::{adopt_all, adopt_round, bury_orphans};
 use crate::{api, heal, session};
 
 /// How often the managers are asked without a reason: one that hangs tells nobody.
-const SLOW_TICK: Duration = Duration::from_secs(2);
+const SLOW_TICK: Duration = Duration::from_secs(1);
+/// Slow ticks from one look for what managers without a run folder left behind to the next.
+const ORPHANS: u64 = 30;
 /// Shortest time between two rounds of questions.
 const QUICK: Duration = Duration::from_millis(10);
 /// Open files that are enough for any node.
@@ -167,6 +169,7 @@ impl Running {
     /// Ends it. Managers go on.
     pub async fn stop(mut self) {
         self.background.shutdown().await;
+        self.agent.restarts.save().await;
         let _ = fs::remove_file(description(&self.agent));
         // The socket is removed by the server.
         let _ = self.stop.send(());
@@ -181,11 +184,17 @@ impl Running {
 async fn watch(agent: Arc<Agent>) {
     let mut slow = interval(SLOW_TICK);
     slow.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut ticks = 0_u64;
     loop {
         tokio::select! {
             () = agent.dirty.notified() => {}
             _ = slow.tick() => {
                 adopt_round(&agent).await;
+                // Not at once: a manager makes its folder anew when somebody removed it.
+                if ticks % ORPHANS == ORPHANS / 10 {
+                    bury_orphans(&agent).await;
+                }
+                ticks = ticks.wrapping_add(1);
                 if !description(&agent).exists()
                     && let Err(e) = describe(&agent)
                 {

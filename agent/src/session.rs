@@ -4,12 +4,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::PROTOCOL_VERSION;
-use rts_agent_api::messages::LedgerFence;
 use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionClient, SessionGreeting};
 use rts_http::client::{Client, ClientError};
+use rts_plan::delta::InventoryDelta;
+use rts_plan::observed::Inventory;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use crate::agent::Agent;
+use crate::inventory::delta;
+use crate::ledger::ledger_fence;
 
 /// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
@@ -17,6 +20,9 @@ const RETRY: Duration = Duration::from_secs(1);
 const REQUEST: Duration = Duration::from_secs(1);
 /// Shortest time between two heartbeats, however much there is to tell.
 const BREATH: Duration = Duration::from_millis(50);
+
+/// Largest delta in a heartbeat, in bytes: after a larger change the controller asks for all.
+const MAX_DELTA: usize = 1024 * 1024;
 
 /// A client of the controller of this agent; none when it has no controller.
 pub(crate) fn client(agent: &Agent) -> Result<Option<SessionClient>, ClientError> {
@@ -41,9 +47,9 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
     loop {
         let next = Instant::now() + RETRY;
         match greet(&agent, &controller).await {
-            Ok(()) => {
+            Ok(known) => {
                 reported.clear();
-                match beat(&agent, &controller).await {
+                match beat(&agent, &controller, known).await {
                     End::GreetAgain => {}
                     End::Superseded => return,
                 }
@@ -63,13 +69,10 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
     }
 }
 
-async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<(), ClientError> {
-    let ledger = agent.ledger.lock().await.held().map(|held| LedgerFence {
-        cluster_uid: held.cluster_uid.clone(),
-        epoch: held.epoch,
-        generation: held.generation,
-        digest: held.digest.clone(),
-    });
+/// Opens the session. Gives the inventory that the controller knows now.
+async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<Inventory, ClientError> {
+    let ledger = agent.ledger.lock().await.held().map(ledger_fence);
+    let inventory = agent.observe().await;
     let greeting = SessionGreeting {
         protocol_version: PROTOCOL_VERSION,
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -77,7 +80,7 @@ async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<(), Cli
         endpoint: agent.folders.agent_socket().display().to_string(),
         aliases: agent.config.aliases.clone(),
         ledger,
-        inventory: agent.observe().await,
+        inventory: inventory.clone(),
     };
     let reply = controller.greet(&greeting).await?;
     agent.lease.sign();
@@ -86,21 +89,24 @@ async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<(), Cli
         epoch = reply.epoch,
         "session with the controller opened"
     );
-    Ok(())
+    Ok(inventory)
 }
 
-async fn beat(agent: &Agent, controller: &SessionClient) -> End {
+/// Sends heartbeats. `known` is the inventory that the controller knows.
+async fn beat(agent: &Agent, controller: &SessionClient, mut known: Inventory) -> End {
     loop {
         let (mark, events) = agent.events.waiting();
+        let now = agent.inventory.last();
         let heartbeat = Heartbeat {
-            inventory_revision: agent.inventory.revision(),
-            delta: None,
+            inventory_revision: now.revision,
+            delta: delta(&known, &now).filter(is_small),
             events,
         };
         match controller.heartbeat(&agent.session, &heartbeat).await {
             Ok(()) => {
                 agent.lease.sign();
                 agent.events.told(mark);
+                known = now;
             }
             Err(ClientError::Problem(problem)) if problem.status == 409 => {
                 tracing::error!(
@@ -121,4 +127,8 @@ async fn beat(agent: &Agent, controller: &SessionClient) -> End {
             () = agent.events.bell.notified() => {}
         }
     }
+}
+
+fn is_small(delta: &InventoryDelta) -> bool {
+    serde_json::to_vec(delta).is_ok_and(|text| text.len() <= MAX_DELTA)
 }

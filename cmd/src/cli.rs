@@ -6,8 +6,8 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    apply, completion, describe, diff, docs, down, events, get, logs, manager, plan, teardown, up,
-    version,
+    apply, completion, controller, describe, diff, docs, down, events, get, logs, manager, plan,
+    teardown, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -108,6 +108,8 @@ pub enum Command {
     Teardown(teardown::Args),
     #[command(subcommand)]
     Manager(manager::Command),
+    #[command(subcommand)]
+    Controller(controller::Command),
     Completion(completion::Args),
     Version(version::Args),
     #[command(hide = true)]
@@ -143,6 +145,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Logs(args) => logs::run(args, session).await,
         Command::Teardown(args) => teardown::run(args, session).await,
         Command::Manager(command) => manager::run(command, session).await,
+        Command::Controller(command) => controller::run(command, session).await,
         Command::Completion(args) => completion::run(&args, &session.out),
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),

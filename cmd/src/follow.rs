@@ -1,5 +1,8 @@
-//! Follows a system until it is where it should be: by watching, and by asking now and then, so that a broken watch
-//! costs nothing but time.
+//! Follows what the controller does: systems until they are where they should be, objects as they change, and logs.
+
+mod known;
+mod log;
+mod watching;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -7,35 +10,37 @@ use std::time::{Duration, Instant};
 use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Kind, Phase, System, Waiting};
-use rts_controller_api::watch::{Watch, WatchType};
+use rts_controller_api::watch::WatchType;
+use tokio::time::timeout_at;
 
-/// Longest time between two looks while the watch is silent.
+pub use self::known::{Change, Memory};
+pub use self::log::{Log, LogNews, time_of};
+pub use self::watching::{News, Watching};
+
+/// Longest time without a look at the system while the watch is silent.
 const LOOK: Duration = Duration::from_secs(1);
-/// Time between two looks without a watch.
-const POLL: Duration = Duration::from_millis(200);
 /// How long the controller may be silent.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// States of one system as they come.
-pub struct Follower<'a> {
-    controller: &'a Controller,
+/// States of one system as they come: by watching, and by asking now and then, so that a watch that tells nothing costs
+/// nothing but time.
+pub struct Follower {
+    controller: Controller,
     name: String,
     uid: String,
-    watch: Option<Watch<System>>,
+    watching: Watching<System>,
     silent_since: Option<Instant>,
 }
 
-impl<'a> Follower<'a> {
+impl Follower {
     /// Follows a system from a state that is known.
-    pub async fn new(controller: &'a Controller, from: &System) -> Self {
-        let version = &from.metadata.resource_version;
-        let watch = controller.watch(Kind::System, version);
-        let watch = tokio::time::timeout(LOOK, watch).await;
+    pub fn new(controller: &Controller, from: &System) -> Self {
+        let version = from.metadata.resource_version.clone();
         Self {
-            controller,
+            controller: controller.clone(),
             name: from.metadata.name.clone(),
             uid: from.metadata.uid.clone(),
-            watch: watch.ok().and_then(Result::ok),
+            watching: Watching::new(controller, Kind::System, Some(version)),
             silent_since: None,
         }
     }
@@ -47,8 +52,7 @@ impl<'a> Follower<'a> {
         mut see: impl FnMut(Option<System>) -> ControlFlow<T>,
     ) -> Result<Option<T>, ClientError> {
         loop {
-            let next = tokio::time::timeout_at(deadline.into(), self.next()).await;
-            let Ok(state) = next else {
+            let Ok(state) = timeout_at(deadline.into(), self.next()).await else {
                 return Ok(None);
             };
             let state = state?;
@@ -62,61 +66,63 @@ impl<'a> Follower<'a> {
     }
 
     /// The next state; `None` once the system is gone.
-    pub async fn next(&mut self) -> Result<Option<System>, ClientError> {
-        if let Some(state) = self.watched().await {
-            return Ok(state);
-        }
+    async fn next(&mut self) -> Result<Option<System>, ClientError> {
+        let mut look = tokio::time::Instant::now() + LOOK;
         loop {
-            match self.controller.system(&self.name).await {
-                Ok(system) => {
-                    self.silent_since = None;
-                    return Ok(self.same(system));
+            let Ok(news) = timeout_at(look, self.watching.next()).await else {
+                match self.ask().await? {
+                    Some(state) => return Ok(state),
+                    None => look = tokio::time::Instant::now() + LOOK,
                 }
-                Err(ClientError::Problem(problem)) if problem.status == 404 => return Ok(None),
-                Err(e) => {
-                    let since = *self.silent_since.get_or_insert_with(Instant::now);
-                    if since.elapsed() >= SILENCE {
-                        return Err(e);
+                continue;
+            };
+            match news? {
+                News::Silent(e) => self.silent(e)?,
+                News::Back => self.silent_since = None,
+                News::All(list) => {
+                    let mut items = list.items.into_iter();
+                    return Ok(items.find(|s| s.metadata.name == self.name && self.same(s)));
+                }
+                News::Change(_, system) if system.metadata.name != self.name => {}
+                News::Change(WatchType::Deleted, system) => {
+                    if self.same(&system) {
+                        return Ok(None);
                     }
-                    tokio::time::sleep(POLL).await;
                 }
+                News::Change(_, system) => return Ok(Some(system).filter(|s| self.same(s))),
             }
         }
     }
 
-    /// What the watch says within [`LOOK`]; `None` means: ask.
-    async fn watched(&mut self) -> Option<Option<System>> {
-        let Some(watch) = &mut self.watch else {
-            tokio::time::sleep(POLL).await;
-            return None;
-        };
-        let end = tokio::time::Instant::now() + LOOK;
-        loop {
-            match tokio::time::timeout_at(end, watch.next()).await {
-                Err(_) => return None,
-                Ok(None | Some(Err(_))) => {
-                    self.watch = None;
-                    return None;
-                }
-                Ok(Some(Ok(event))) => match (event.kind, event.object) {
-                    (WatchType::Bookmark, _) | (_, None) => {}
-                    (kind, Some(system)) if system.metadata.name == self.name => {
-                        return match kind {
-                            // Its successor may have come already: ask.
-                            WatchType::Deleted if system.metadata.uid == self.uid => Some(None),
-                            WatchType::Deleted => None,
-                            _ => Some(self.same(system)),
-                        };
-                    }
-                    _ => {}
-                },
+    /// How it is now; none when the controller is silent, for a while.
+    async fn ask(&mut self) -> Result<Option<Option<System>>, ClientError> {
+        let asked = timeout_at(
+            tokio::time::Instant::now() + SILENCE,
+            self.controller.system(&self.name),
+        );
+        match asked.await {
+            Ok(Ok(system)) => {
+                self.silent_since = None;
+                Ok(Some(Some(system).filter(|s| self.same(s))))
             }
+            Ok(Err(ClientError::Problem(problem))) if problem.status == 404 => Ok(Some(None)),
+            Ok(Err(e)) => self.silent(e).map(|()| None),
+            Err(_) => Err(self.controller.silent("it takes too long to answer")),
         }
+    }
+
+    /// The controller is silent: an error once that lasts too long.
+    fn silent(&mut self, error: ClientError) -> Result<(), ClientError> {
+        let since = *self.silent_since.get_or_insert_with(Instant::now);
+        if since.elapsed() < SILENCE {
+            return Ok(());
+        }
+        Err(error)
     }
 
     /// Another system of the same name means that ours is gone.
-    fn same(&self, system: System) -> Option<System> {
-        (system.metadata.uid == self.uid).then_some(system)
+    fn same(&self, system: &System) -> bool {
+        system.metadata.uid == self.uid
     }
 }
 

@@ -76,7 +76,7 @@ impl Session {
 
     /// The local controller answers.
     pub async fn local_answers(&self) -> Result<bool, CliError> {
-        Ok(self.local(PROBE_TIMEOUT)?.ready().await)
+        Ok(self.local(PROBE_TIMEOUT)?.alive().await)
     }
 }
 

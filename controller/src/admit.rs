@@ -6,6 +6,7 @@ mod identity;
 mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rts_controller_api::requests::ApplyRequest;
 use rts_controller_api::{Problem, ProblemError};
@@ -29,7 +30,11 @@ pub struct Admitted {
 }
 
 /// Checks a request. The caller holds [`Core::admission`] when it means to store.
-pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Admitted, Problem> {
+pub async fn admit(
+    core: &Arc<Core>,
+    name: &str,
+    request: ApplyRequest,
+) -> Result<Admitted, Problem> {
     let spec = request.spec;
     refuse(check::spec(name, &spec))?;
     let mut faults = check::orders(&spec);
@@ -48,6 +53,7 @@ pub async fn admit(core: &Core, name: &str, request: ApplyRequest) -> Result<Adm
             .as_ref()
             .map_or_else(|| core.clock.now(), |s| s.created),
         deleted: None,
+        forgotten: BTreeSet::new(),
     };
     let placed = core.place(Some(&candidate));
     let (types, lost) = types_by_node(&placed, &candidate);
@@ -103,7 +109,7 @@ fn described<'a>(
 }
 
 /// What would be done now.
-pub async fn plan(core: &Core, placed: &Placed) -> Plan {
+pub async fn plan(core: &Arc<Core>, placed: &Placed) -> Plan {
     let observed = core.observe().await;
     let blocked = core.backoff().blocked();
     rts_plan::plan(&placed.desired, &observed, &blocked)

@@ -1,6 +1,8 @@
 //! The REST API: routes, and what every handler shares.
 
 mod audit;
+mod backup;
+mod claims;
 mod document;
 mod extract;
 mod health;
@@ -83,6 +85,9 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(managers::factories))
         .routes(routes!(managers::create))
         .routes(routes!(managers::delete))
+        .routes(routes!(claims::adopt))
+        .routes(routes!(claims::take_over))
+        .routes(routes!(backup::backup))
         .routes(routes!(sessions::greet))
         .routes(routes!(sessions::heartbeat))
         .routes(routes!(health::livez))

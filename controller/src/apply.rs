@@ -11,7 +11,8 @@ use rts_controller_api::{Problem, ProblemError};
 
 use crate::admit;
 use crate::core::Core;
-use crate::store::StoreError;
+use crate::ledger::Standing;
+use crate::store::{StoreError, SystemRecord};
 use crate::view::Happening;
 
 /// What the stored system must be for a change of it to be wanted.
@@ -54,16 +55,26 @@ pub async fn delete(
     name: &str,
     if_match: Option<&str>,
 ) -> Result<System, Problem> {
+    delete_but(core, name, if_match, Vec::new()).await
+}
+
+/// Asks for a system's end, which does not need the word of the nodes that are to be `forgotten`.
+pub async fn delete_but(
+    core: &Arc<Core>,
+    name: &str,
+    if_match: Option<&str>,
+    forgotten: Vec<String>,
+) -> Result<System, Problem> {
     let precondition = Precondition {
         if_match: if_match.map(str::to_owned),
         absent: false,
     };
     let (core, name) = (Arc::clone(core), name.to_owned());
-    to_its_end(async move { delete_now(&core, &name, &precondition).await }).await
+    to_its_end(async move { delete_now(&core, &name, &precondition, forgotten).await }).await
 }
 
 /// Runs a change in a task of its own, so that it does not stop half-way when nobody waits for it any more.
-async fn to_its_end<T: Send + 'static>(
+pub async fn to_its_end<T: Send + 'static>(
     work: impl Future<Output = Result<T, Problem>> + Send + 'static,
 ) -> Result<T, Problem> {
     let task = tokio::spawn(work).await;
@@ -107,20 +118,54 @@ async fn delete_now(
     core: &Arc<Core>,
     name: &str,
     precondition: &Precondition,
+    forgotten: Vec<String>,
 ) -> Result<System, Problem> {
     let _admission = core.admission.lock().await;
     check_version(core, name, precondition)?;
     let record = core.registry().systems.get(name).cloned();
     let mut record = record.ok_or_else(|| missing(name))?;
-    if record.deleted.is_none() {
-        record.deleted = Some(core.clock.now());
+    let before = record.clone();
+    forget(core, &mut record, forgotten)?;
+    let begins = record.deleted.is_none();
+    record.deleted.get_or_insert_with(|| core.clock.now());
+    if record != before {
+        let dropped = record.forgotten.difference(&before.forgotten);
+        let dropped: Vec<String> = dropped.cloned().collect();
         core.store_system(record).await.map_err(|e| of_store(&e))?;
         core.backoff().forget_system(name);
-        let event = Happening::normal("Deleting", &format!("system/{name}"), "being taken down");
-        core.record(event.of(Some(name)));
+        let tell = |event: Happening| core.record(event.of(Some(name)));
+        let object = format!("system/{name}");
+        if begins {
+            tell(Happening::normal("Deleting", &object, "being taken down"));
+        }
+        for node in dropped {
+            let message = format!("its part on node {node} is no longer waited for");
+            tell(Happening::warning("NodeForgotten", &object, message));
+        }
         core.desired_changed();
     }
     find(core, name)
+}
+
+/// Takes the word of nodes for given. Only that of nodes that cannot be asked: the others clean up in a moment.
+fn forget(core: &Core, record: &mut SystemRecord, nodes: Vec<String>) -> Result<(), Problem> {
+    for node in nodes {
+        if !record.nodes.contains(&node) {
+            continue;
+        }
+        let live = core.sessions.get(&node).is_some_and(|entry| !entry.lost);
+        if live && Standing::get(core, &node) == Standing::Agreed {
+            let (name, detail) = (record.name(), "it takes its part down by itself");
+            return Err(Problem::conflict(
+                "node-not-unknown",
+                format!(
+                    "node {node} of system {name} is not Unknown, and so not forgotten: {detail}"
+                ),
+            ));
+        }
+        record.forgotten.insert(node);
+    }
+    Ok(())
 }
 
 /// A system as it is shown.

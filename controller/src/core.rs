@@ -18,7 +18,9 @@ use crate::metrics::Metrics;
 use crate::publish;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
-use crate::store::{Durable, NodeGeneration, State, Store, StoreError, SystemRecord};
+use crate::store::{
+    Durable, NodeGeneration, Restored, State, Store, StoreError, SystemRecord, Write,
+};
 use crate::view::{Happening, View};
 
 /// Revisions that are reserved in the store at a time.
@@ -53,8 +55,7 @@ pub struct Core {
     pub store: Durable,
     /// Made once with the store.
     pub cluster_uid: String,
-    /// Raised each time a store is created or restored.
-    pub epoch: u64,
+    epoch: AtomicU64,
     /// Nodes and their agents.
     pub sessions: Sessions,
     /// Objects as clients see them.
@@ -82,6 +83,8 @@ pub struct Registry {
     pub systems: BTreeMap<String, SystemRecord>,
     /// Node generations.
     pub nodes: BTreeMap<String, NodeGeneration>,
+    /// Set by a restore.
+    pub restored: Option<Restored>,
 }
 
 /// What is known of the world, and what is being done about it.
@@ -125,8 +128,10 @@ impl Core {
             revisions,
             systems,
             nodes,
+            restored,
         } = inputs.store.load()?;
-        inputs.store.reserve_revisions(revisions + REVISIONS)?;
+        let reserve = Write::Revisions(revisions + REVISIONS);
+        inputs.store.write(&[reserve])?;
         let core = Arc::new(Self {
             local_node: inputs.local_node,
             clock: inputs.clock,
@@ -134,7 +139,7 @@ impl Core {
             fleet: inputs.fleet,
             store: Durable::new(inputs.store),
             cluster_uid,
-            epoch,
+            epoch: AtomicU64::new(epoch),
             sessions: Sessions::default(),
             view: View::new(revisions),
             metrics: Metrics::default(),
@@ -142,13 +147,29 @@ impl Core {
             admission: tokio::sync::Mutex::new(()),
             wake: Notify::new(),
             desired: watch::Sender::new(0),
-            registry: Mutex::new(Registry { systems, nodes }),
+            registry: Mutex::new(Registry {
+                systems,
+                nodes,
+                restored,
+            }),
             world: Mutex::default(),
             reserved: AtomicU64::new(revisions + REVISIONS),
             refresh: Mutex::default(),
         });
         core.publish();
         Ok(core)
+    }
+
+    /// Raised each time a store is created or restored.
+    pub fn epoch(&self) -> u64 {
+        self.epoch.load(Ordering::Relaxed)
+    }
+
+    /// Raises the epoch, durably.
+    pub async fn raise_epoch(&self, epoch: u64) -> Result<(), StoreError> {
+        self.store.write(vec![Write::Epoch(epoch)]).await?;
+        self.epoch.fetch_max(epoch, Ordering::Relaxed);
+        Ok(())
     }
 
     /// What is stored.
@@ -198,11 +219,16 @@ impl Core {
 
     /// Places all stored systems, with one of them replaced by `candidate`.
     pub fn place(&self, candidate: Option<&SystemRecord>) -> Placed {
-        let registry = self.registry();
-        let mut records = registry.systems.clone();
+        let mut records = self.registry().systems.clone();
         if let Some(candidate) = candidate {
             records.insert(candidate.name().to_owned(), candidate.clone());
         }
+        self.place_all(&records)
+    }
+
+    /// Places these systems.
+    pub fn place_all(&self, records: &BTreeMap<String, SystemRecord>) -> Placed {
+        let registry = self.registry();
         let systems: Vec<StoredSystem> = records.values().map(stored).collect();
         let sessions = self.sessions.all();
         let ran = records.values().flat_map(|record| &record.nodes);

@@ -19,6 +19,8 @@ const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 pub trait Agent: Send + Sync + 'static {
     /// See [`AgentApi::inventory`].
     fn inventory(&self) -> BoxFuture<'_, Result<Inventory, ClientError>>;
+    /// See [`AgentApi::node_spec`].
+    fn node_spec(&self) -> BoxFuture<'_, Result<NodeSpecEnvelope, ClientError>>;
     /// See [`AgentApi::put_node_spec`].
     fn put_node_spec<'a>(
         &'a self,
@@ -43,6 +45,10 @@ pub trait Agent: Send + Sync + 'static {
 impl<A: AgentApi> Agent for A {
     fn inventory(&self) -> BoxFuture<'_, Result<Inventory, ClientError>> {
         Box::pin(AgentApi::inventory(self))
+    }
+
+    fn node_spec(&self) -> BoxFuture<'_, Result<NodeSpecEnvelope, ClientError>> {
+        Box::pin(AgentApi::node_spec(self))
     }
 
     fn put_node_spec<'a>(

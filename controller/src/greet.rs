@@ -41,7 +41,7 @@ pub fn greet(
     core.wake.notify_one();
     Ok(SessionReply {
         cluster_uid: core.cluster_uid.clone(),
-        epoch: core.epoch,
+        epoch: core.epoch(),
     })
 }
 
@@ -50,11 +50,10 @@ pub fn heartbeat(
     core: &Arc<Core>,
     node: &str,
     session: &str,
-    heartbeat: Heartbeat,
+    mut heartbeat: Heartbeat,
 ) -> Result<(), Problem> {
     let now = core.clock.now();
-    let revision = heartbeat.inventory_revision;
-    let beat = core.sessions.beat(node, session, revision, now)?;
+    let beat = core.sessions.beat(node, session, &mut heartbeat, now)?;
     for event in heartbeat.events.into_iter().take(MAX_EVENTS) {
         core.record(event.into());
     }

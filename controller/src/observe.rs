@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use futures_util::future::join_all;
-use rts_plan::observed::{NodeObserved, Observed};
+use futures_util::future::{BoxFuture, join_all};
+use rts_plan::observed::{Inventory, NodeObserved, Observed};
 
 use crate::fleet::Agent;
 
@@ -14,8 +14,10 @@ pub const DEADLINE: Duration = Duration::from_millis(2500);
 
 /// A node to be asked.
 pub enum Target {
-    /// Its agent.
-    Agent(Arc<dyn Agent>),
+    /// Its agent, and a future that ends when it is lost.
+    Agent(Arc<dyn Agent>, BoxFuture<'static, ()>),
+    /// What it has told is of now.
+    Told(Box<Inventory>),
     /// It cannot be asked, and why.
     Silent(String),
 }
@@ -24,7 +26,14 @@ pub enum Target {
 pub async fn observe(targets: BTreeMap<String, Target>, deadline: Duration) -> Observed {
     let asked = targets.into_iter().map(|(node, target)| async move {
         let answer = match target {
-            Target::Agent(agent) => ask(&node, agent.as_ref(), deadline).await,
+            Target::Agent(agent, lost) => tokio::select! {
+                biased;
+                answer = ask(&node, agent.as_ref(), deadline) => answer,
+                () = lost => NodeObserved::Unknown {
+                    reason: format!("the agent of node {node} was lost"),
+                },
+            },
+            Target::Told(inventory) => NodeObserved::Known(*inventory),
             Target::Silent(reason) => NodeObserved::Unknown { reason },
         };
         (node, answer)

@@ -10,11 +10,13 @@ mod waiting;
 
 use std::collections::BTreeMap;
 
+use rts_agent_api::messages::LedgerFence;
 use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{Kind, Metadata, Object};
 use rts_plan::observed::{Inventory, NodeObserved};
 
 use crate::core::{Core, Registry, World};
+use crate::ledger::Standing;
 use crate::sessions::NodeEntry;
 
 /// Everything that objects are made of.
@@ -22,14 +24,24 @@ pub struct Scene<'a> {
     registry: &'a Registry,
     world: &'a World,
     nodes: &'a BTreeMap<String, NodeEntry>,
+    /// Node → reason, message and ledger, where the store and the node's ledger do not agree.
+    fenced: BTreeMap<String, Fenced>,
     /// Target → why it does not go on.
     reasons: BTreeMap<String, waiting::Reason>,
     /// Inventory of each node, and whether it is from the last observation.
     inventories: BTreeMap<&'a str, (&'a Inventory, bool)>,
 }
 
+/// Why nothing is sent to a node.
+struct Fenced {
+    reason: &'static str,
+    message: String,
+    ledger: Option<LedgerFence>,
+}
+
 /// Publishes all objects.
 pub fn all(core: &Core) {
+    let fenced = fenced(core);
     let registry = core.registry().clone();
     let nodes = core.sessions.all();
     let world = core.world();
@@ -40,6 +52,7 @@ pub fn all(core: &Core) {
         registry: &registry,
         world: &world,
         nodes: &nodes,
+        fenced,
     };
     core.view.replace(nodes::nodes(&scene));
     let before = |key: &str| core.view.get(key);
@@ -56,6 +69,20 @@ pub fn all(core: &Core) {
         })
         .collect();
     core.view.replace(systems);
+}
+
+/// Nodes with whose ledgers the store does not agree.
+fn fenced(core: &Core) -> BTreeMap<String, Fenced> {
+    let standings = Standing::all(core).into_iter();
+    let fenced = standings.filter_map(|(node, standing)| {
+        let fenced = Fenced {
+            reason: standing.reason()?,
+            message: standing.message(core, &node)?,
+            ledger: standing.ledger().cloned(),
+        };
+        Some((node, fenced))
+    });
+    fenced.collect()
 }
 
 /// What was last seen of every node: as observed, or, of an unknown node, before that.

@@ -8,7 +8,6 @@ mod backoff;
 mod by_system;
 mod deaths;
 mod node_specs;
-mod policy;
 mod results;
 mod runs;
 mod teardown;
@@ -19,18 +18,19 @@ use std::time::Duration;
 
 use rts_plan::Placed;
 use rts_plan::observed::Observed;
-use rts_plan::plan::{Blocked, Plan};
+use rts_plan::plan::Plan;
 use tokio::time::Instant;
 
 use crate::core::Core;
+use crate::ledger::settle::settle;
 use crate::store::SystemRecord;
 
 pub use self::backoff::{Backoff, Entry, target_of};
 use self::node_specs::NodeSpecs;
-use self::policy::Policies;
 use self::runs::Runs;
+pub use self::teardown::is_free_of;
 
-/// The loop looks at everything this often, whatever happens.
+/// The loop looks at everything this often, whatever happens, and asks every agent for all it has.
 const SLOW_TICK: Duration = Duration::from_secs(5);
 /// The same while something is being carried out.
 const BUSY_TICK: Duration = Duration::from_secs(1);
@@ -50,7 +50,6 @@ enum Next {
 pub struct Reconciler {
     core: Arc<Core>,
     specs: NodeSpecs,
-    policies: Policies,
     runs: Runs,
 }
 
@@ -60,7 +59,6 @@ impl Reconciler {
         Self {
             specs: NodeSpecs::new(Arc::clone(&core)),
             runs: Runs::new(Arc::clone(&core)),
-            policies: Policies::default(),
             core,
         }
     }
@@ -96,14 +94,15 @@ impl Reconciler {
     }
 
     async fn round(&mut self) -> Next {
-        self.policies.took_down(self.runs.collect());
+        self.runs.collect();
         let busy = self.runs.busy();
         self.core.backoff().tidy();
         self.core.reserve_revisions().await;
         let mut desired = self.core.watch_desired();
         desired.mark_unchanged();
+        let fenced = settle(&self.core).await;
         let asked = stamps(&self.core);
-        let observed = self.core.ask().await;
+        let observed = self.core.look(SLOW_TICK).await;
         // Without an await between them, both speak of the same generations.
         let placed = self.core.place(None);
         let mut stamps = stamps(&self.core);
@@ -113,10 +112,10 @@ impl Reconciler {
             .iter()
             .map(|(uid, stamp)| (uid.clone(), stamp.generation))
             .collect();
-        self.policies.look(&self.core, &placed, &observed, &busy);
         self.specs.note_nodes(&placed).await;
         let plan = self.plan(&placed, &observed, &busy);
-        let faults = self.specs.send(&placed.desired).await;
+        let mut faults = self.specs.send(&placed.desired, &fenced).await;
+        faults.extend(fenced);
         self.show(placed, planned, observed, &plan, faults, &busy);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;
@@ -128,17 +127,12 @@ impl Reconciler {
 
     /// Plans, and once more when a process that was started not long ago is gone: its next start is delayed.
     fn plan(&self, placed: &Placed, observed: &Observed, busy: &BTreeSet<String>) -> Plan {
-        let plan = rts_plan::plan(&placed.desired, observed, &self.blocked());
+        let blocked = || self.core.backoff().blocked();
+        let plan = rts_plan::plan(&placed.desired, observed, &blocked());
         if !self.runs.deaths().count(&self.core, &plan, observed, busy) {
             return plan;
         }
-        rts_plan::plan(&placed.desired, observed, &self.blocked())
-    }
-
-    fn blocked(&self) -> Blocked {
-        let mut blocked = self.core.backoff().blocked();
-        blocked.extend(self.policies.blocked());
-        blocked
+        rts_plan::plan(&placed.desired, observed, &blocked())
     }
 
     fn show(

@@ -1,23 +1,22 @@
 //! Greetings and heartbeats of agents. The newest session of a node wins; silence makes the node unknown.
 
-use std::collections::{BTreeMap, VecDeque};
+mod entry;
+
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use jiff::Timestamp;
 use rts_agent_api::PROTOCOL_VERSION;
-use rts_agent_api::session::{SessionGreeting, UNKNOWN_AFTER};
+use rts_agent_api::messages::LedgerFence;
+use rts_agent_api::session::{Heartbeat, SessionGreeting, UNKNOWN_AFTER};
 use rts_controller_api::Problem;
 use rts_plan::observed::Inventory;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+pub use self::entry::{NodeEntry, Question, Session};
 use crate::fleet::Agent;
 
-/// Sessions that were replaced and are still refused, per node.
-const SUPERSEDED: usize = 16;
-/// Failures to answer within this time are one failure.
-const ONCE: Duration = Duration::from_secs(2);
 /// Nodes that may greet.
 const MAX_NODES: usize = 1000;
 
@@ -25,49 +24,6 @@ const MAX_NODES: usize = 1000;
 pub struct Sessions {
     nodes: Mutex<BTreeMap<String, NodeEntry>>,
     changed: watch::Sender<u64>,
-}
-
-/// What is known of a node.
-#[derive(Clone)]
-pub struct NodeEntry {
-    /// Identity of the node object.
-    pub uid: String,
-    /// When it first greeted.
-    pub created: Timestamp,
-    /// Its agent.
-    pub session: Session,
-    /// No heartbeat came in time.
-    pub lost: bool,
-    /// Why the agent did not answer the last two times it was asked, though its heartbeats come.
-    pub silent: Option<String>,
-    /// Times in a row that it was asked and did not answer.
-    failures: u32,
-    /// When the last of them was counted.
-    failed: Option<Instant>,
-    /// What was last seen there.
-    pub inventory: Inventory,
-    superseded: VecDeque<String>,
-}
-
-/// A session of an agent.
-#[derive(Clone)]
-pub struct Session {
-    /// Its id.
-    pub id: String,
-    /// Program version of the agent.
-    pub version: String,
-    /// Its socket.
-    pub endpoint: String,
-    /// Names by which hosts in profiles may mean the node.
-    pub aliases: Vec<String>,
-    /// Generation in the agent's ledger when it greeted.
-    pub applied: Option<u64>,
-    /// The agent.
-    pub agent: Arc<dyn Agent>,
-    /// Last sign of life, wall clock; for display.
-    pub seen: Timestamp,
-    alive: Instant,
-    revision: u64,
 }
 
 /// What a heartbeat brought.
@@ -79,21 +35,9 @@ pub struct Beat {
     pub back: bool,
 }
 
-impl NodeEntry {
-    /// True when it did not answer once: too little to call it unknown.
-    pub fn unsure(&self) -> bool {
-        !self.lost && self.failures == 1
-    }
-
-    /// `Ready`, `NotReady` or `Unknown`.
-    pub fn state(&self) -> &'static str {
-        match (self.lost, &self.silent) {
-            (true, _) => "Unknown",
-            (false, Some(_)) => "NotReady",
-            (false, None) => "Ready",
-        }
-    }
-}
+/// The session of a node ended while something was asked of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lost;
 
 impl Default for Sessions {
     fn default() -> Self {
@@ -133,30 +77,10 @@ impl Sessions {
             let detail = format!("{MAX_NODES} nodes have greeted already");
             return Err(Problem::unavailable("too-many-nodes", detail));
         }
-        let session = Session {
-            id: greeting.session,
-            version: greeting.version,
-            endpoint: greeting.endpoint,
-            aliases: greeting.aliases,
-            applied: greeting.ledger.map(|ledger| ledger.generation),
-            agent,
-            seen: now,
-            alive: Instant::now(),
-            revision: greeting.inventory.revision,
-        };
+        let session = Session::begin(&greeting, agent, now);
         let fresh = match nodes.get_mut(node) {
             None => {
-                let entry = NodeEntry {
-                    uid,
-                    created: now,
-                    session,
-                    lost: false,
-                    silent: None,
-                    failures: 0,
-                    failed: None,
-                    inventory: greeting.inventory,
-                    superseded: VecDeque::new(),
-                };
+                let entry = NodeEntry::new(uid, session, greeting.inventory);
                 nodes.insert(node.to_owned(), entry);
                 true
             }
@@ -172,7 +96,7 @@ impl Sessions {
         &self,
         node: &str,
         session: &str,
-        revision: u64,
+        heartbeat: &mut Heartbeat,
         now: Timestamp,
     ) -> Result<Beat, Problem> {
         let mut nodes = self.nodes();
@@ -184,10 +108,8 @@ impl Sessions {
                 unknown(node, session)
             });
         }
-        entry.session.alive = Instant::now();
-        entry.session.seen = now;
         let beat = Beat {
-            inventory_changed: std::mem::replace(&mut entry.session.revision, revision) != revision,
+            inventory_changed: entry.beat(heartbeat, now),
             back: std::mem::take(&mut entry.lost),
         };
         drop(nodes);
@@ -217,27 +139,55 @@ impl Sessions {
         (lost, next)
     }
 
-    /// Keeps what an observation found.
-    pub fn observed(&self, node: &str, answer: Result<&Inventory, &str>) {
+    /// Keeps what a question found.
+    pub fn observed(&self, node: &str, question: &Question, answer: Result<&Inventory, &str>) {
         if let Some(entry) = self.nodes().get_mut(node) {
             match answer {
-                Ok(inventory) => {
-                    entry.inventory = inventory.clone();
-                    entry.silent = None;
-                    entry.failures = 0;
-                }
-                Err(reason) => {
-                    // Questions that were open at the same time count once.
-                    let now = Instant::now();
-                    let counted = entry.failed.replace(now).filter(|_| entry.failures > 0);
-                    if counted.is_some_and(|at| now.duration_since(at) < ONCE) {
-                        entry.failed = counted;
-                    } else {
-                        entry.failures = entry.failures.saturating_add(1);
-                    }
-                    entry.silent = (entry.failures > 1).then(|| reason.to_owned());
-                }
+                Ok(inventory) => entry.answered(question, inventory),
+                Err(reason) => entry.unanswered(reason),
             }
+        }
+    }
+
+    /// Something was done on a node: what was told of it before is of yesterday.
+    pub fn doubt(&self, node: &str) {
+        if let Some(entry) = self.nodes().get_mut(node) {
+            entry.doubt();
+        }
+    }
+
+    /// A session's agent has stored a spec.
+    pub fn stored(&self, node: &str, session: &str, ledger: LedgerFence) {
+        if let Some(entry) = self.nodes().get_mut(node)
+            && entry.session.id == session
+        {
+            entry.session.ledger = Some(ledger);
+            entry.session.claim = None;
+        }
+        self.tell();
+    }
+
+    /// Somebody said that what a session's ledger holds may be replaced.
+    pub fn claim(&self, node: &str, session: &str, ledger: LedgerFence) {
+        if let Some(entry) = self.nodes().get_mut(node)
+            && entry.session.id == session
+        {
+            entry.session.claim = Some(ledger);
+        }
+        self.tell();
+    }
+
+    /// Waits for something that a session's agent does, but no longer than the session lives.
+    pub async fn while_live<T>(
+        &self,
+        node: &str,
+        session: &str,
+        work: impl Future<Output = T>,
+    ) -> Result<T, Lost> {
+        tokio::select! {
+            biased;
+            done = work => Ok(done),
+            () = self.ended(node, session) => Err(Lost),
         }
     }
 
@@ -276,32 +226,6 @@ impl Sessions {
 
     fn nodes(&self) -> MutexGuard<'_, BTreeMap<String, NodeEntry>> {
         self.nodes.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl NodeEntry {
-    fn take_over(
-        &mut self,
-        node: &str,
-        session: Session,
-        inventory: Inventory,
-    ) -> Result<bool, Problem> {
-        if self.superseded.contains(&session.id) {
-            return Err(superseded(node, &session.id));
-        }
-        let fresh = self.session.id != session.id;
-        let old = std::mem::replace(&mut self.session, session);
-        if fresh {
-            self.superseded.push_back(old.id);
-            if self.superseded.len() > SUPERSEDED {
-                self.superseded.pop_front();
-            }
-        }
-        self.lost = false;
-        self.silent = None;
-        self.failures = 0;
-        self.inventory = inventory;
-        Ok(fresh)
     }
 }
 

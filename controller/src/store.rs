@@ -2,6 +2,7 @@
 //!
 //! Status is not here: it lives in memory and is rebuilt from inventories.
 
+mod backup;
 mod durable;
 mod memory;
 mod record;
@@ -12,13 +13,14 @@ mod conformance;
 
 use std::path::PathBuf;
 
+pub use self::backup::{Backup, BackupError};
 pub use self::durable::Durable;
 pub use self::memory::MemoryStore;
-pub use self::record::{NodeGeneration, State, SystemRecord};
-pub use self::redb::RedbStore;
+pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
+pub use self::redb::{RedbStore, epoch_of};
 
 /// Version of the tables. A store with a higher one is refused.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// A store that cannot be opened, read or written.
 #[derive(Debug, thiserror::Error)]
@@ -43,7 +45,7 @@ pub enum StoreError {
     },
     /// It is no store, or was damaged by others.
     #[error(
-        "the store {} is damaged ({reason}); put a copy of it back and start again, or, without one, end everything with `rtsctl down --purge` and apply the systems again", path.display()
+        "the store {} is damaged ({reason}); put a backup back with `rtsctl controller restore`, or, without one, end everything with `rtsctl down --purge` and apply the systems again", path.display()
     )]
     Damaged {
         /// The file.
@@ -74,12 +76,6 @@ pub trait Store: Send + Sync + 'static {
     }
     /// Everything in it.
     fn load(&self) -> Result<State, StoreError>;
-    /// Writes a system.
-    fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError>;
-    /// Forgets a system; no error when it is not there.
-    fn remove_system(&self, name: &str) -> Result<(), StoreError>;
-    /// Writes a node's generation.
-    fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError>;
-    /// Says that revisions up to this one may have been given out. Never lowers it.
-    fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError>;
+    /// Makes all these changes, or none.
+    fn write(&self, writes: &[Write]) -> Result<(), StoreError>;
 }

@@ -11,9 +11,7 @@ use std::time::Duration;
 
 use fleet::{FakeFleet, greeting, systems};
 use rts_controller::clock::{SystemChance, SystemClock};
-use rts_controller::store::{
-    MemoryStore, NodeGeneration, RedbStore, State, Store, StoreError, SystemRecord,
-};
+use rts_controller::store::{MemoryStore, RedbStore, State, Store, StoreError, Write};
 use rts_controller::{Core, Inputs, Reconciler};
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::System;
@@ -56,20 +54,13 @@ impl Store for SlowStore {
     fn load(&self) -> Result<State, StoreError> {
         self.inner.load()
     }
-    fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError> {
-        self.inner.put_system(record)?;
-        self.reached.add_permits(1);
-        self.go_on.wait();
+    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
+        self.inner.write(writes)?;
+        if matches!(writes, [Write::PutSystem(_)]) {
+            self.reached.add_permits(1);
+            self.go_on.wait();
+        }
         Ok(())
-    }
-    fn remove_system(&self, name: &str) -> Result<(), StoreError> {
-        self.inner.remove_system(name)
-    }
-    fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError> {
-        self.inner.put_node(node, generation)
-    }
-    fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError> {
-        self.inner.reserve_revisions(up_to)
     }
 }
 

@@ -4,12 +4,11 @@
 
 mod fleet;
 
-use rts_agent_api::messages::LedgerFence;
 use std::time::Duration;
 
-use fleet::{Cluster, greeting, systems};
+use fleet::{Cluster, systems};
 use rts_controller_api::objects::{Component, Phase};
-use rts_schemas::system::{Condition, PortKind, RestartPolicy, SystemSpec, WaitFor};
+use rts_schemas::system::{Condition, PortKind, SystemSpec, WaitFor};
 
 /// One component that is activated after 20 s.
 fn slow() -> SystemSpec {
@@ -107,31 +106,49 @@ async fn a_profile_with_service_connectors_converges_and_says_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn restart_never_is_kept_until_the_system_changes() {
+async fn what_an_agent_holds_stays_away_and_the_status_says_why() {
     let (cluster, agent) = Cluster::hello();
     let mut spec = systems::hello();
-    spec.components[2].policy.restart = RestartPolicy::Never;
     cluster.apply(spec.clone()).await;
     cluster.until_phase("hello", Phase::Converged).await;
-    // What is taken down on purpose comes back.
-    spec.components[2].placement.isolated = false;
-    cluster.apply(spec.clone()).await;
-    cluster.until_phase("hello", Phase::Converged).await;
-    spec.components[2].placement.isolated = true;
-    cluster.apply(spec.clone()).await;
-    cluster.until_phase("hello", Phase::Converged).await;
+    agent.hold("Printer0", "its process ended and rtsctl.restart is never");
     agent.kill("hello.Printer0");
     let status = cluster.until_phase("hello", Phase::Degraded).await.status;
     tokio::time::sleep(Duration::from_secs(90)).await;
-    assert!(agent.inventory_now().managers.len() == 1, "it stays away");
-    let waits = status
-        .waiting_on
-        .iter()
-        .find(|w| w.target == "component/Printer0");
+    assert_eq!(agent.inventory_now().managers.len(), 1, "it stays away");
+    let mut waiting = status.waiting_on.iter();
+    let waits = waiting.find(|w| w.target == "component/Printer0");
     assert!(waits.unwrap().reason.contains("rtsctl.restart is never"));
+    let shown = cluster.component("Printer0").status.waiting_on.unwrap();
+    assert!(shown.contains("rtsctl.restart is never"), "{shown}");
+    // The agent frees what it holds when the system changes.
+    agent.state.lock().unwrap().held.clear();
     spec.components[0].execution_context.rate = Some(50.0);
     cluster.apply(spec).await;
     cluster.until_phase("hello", Phase::Converged).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_manager_that_is_replaced_again_and_again_waits_ever_longer() {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.expire("hello.Printer0", "on_execute has not returned for 5 s");
+    cluster
+        .until("hello", |s| {
+            s.unwrap().status.waiting_on.iter().any(|w| w.tries == 1)
+        })
+        .await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let told = cluster.events();
+    let told = told.iter().find(|e| e.spec.reason == "BackOff").unwrap();
+    assert!(
+        told.spec
+            .message
+            .contains("has not returned for 5 s; started again in 0.5 s"),
+        "{}",
+        told.spec.message
+    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -221,22 +238,6 @@ async fn one_answer_that_does_not_come_makes_no_node_unknown() {
     let _ = tokio::time::timeout(Duration::from_secs(4), watch).await;
     assert!(!phases.contains(&Phase::Degraded), "{phases:?}");
     assert_eq!(phases.last(), Some(&Phase::Converged));
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_ledger_that_is_ahead_of_the_store_is_overtaken() {
-    let (cluster, agent) = Cluster::hello();
-    let mut ahead = greeting(&agent, "s2");
-    ahead.ledger = Some(LedgerFence {
-        cluster_uid: cluster.core.cluster_uid.clone(),
-        epoch: cluster.core.epoch,
-        generation: 41,
-        digest: String::new(),
-    });
-    rts_controller::greet(&cluster.core, "local", ahead).unwrap();
-    cluster.apply(systems::hello()).await;
-    cluster.until_phase("hello", Phase::Converged).await;
-    assert_eq!(cluster.stored().nodes["local"].generation, 42);
 }
 
 #[tokio::test(start_paused = true)]

@@ -1,6 +1,7 @@
 //! What every program of the stack does on its machine: private folders, locks for life, files replaced as a whole,
-//! and processes that are known by more than a number.
+//! processes that are known by more than a number, and control groups that hold all that a process started.
 
+pub mod cgroup;
 pub mod files;
 pub mod home;
 pub mod identity;

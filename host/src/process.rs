@@ -7,7 +7,10 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
 
-use crate::identity::{Identity, stat_fields};
+use crate::identity::{Identity, boot_id, start_ticks, stat_fields};
+
+/// Time between two looks at a group.
+const PAUSE: Duration = Duration::from_millis(2);
 
 /// A live process. The handle never comes to mean another one.
 #[derive(Debug)]
@@ -102,6 +105,28 @@ pub fn group_lives(leader: u32) -> bool {
     })
 }
 
+/// True while somebody lives in the group that a process leads or led. A number of another boot names nobody.
+pub fn group_of_lives(leader: &Identity) -> bool {
+    boot_id().is_some_and(|boot| boot == leader.boot_id.trim())
+        // While the group has members, its number is given to no new process.
+        && start_ticks(leader.pid).is_none_or(|ticks| ticks == leader.start_ticks)
+        && group_lives(leader.pid)
+}
+
+/// Kills the group that a process leads or led, until nobody is left; false when somebody is at the end of the time.
+pub fn end_group_of(leader: &Identity, limit: Duration) -> bool {
+    let end = Instant::now() + limit;
+    while group_of_lives(leader) {
+        if Instant::now() >= end {
+            return false;
+        }
+        // One that may not be killed is there at the end of the time.
+        let _ = signal_group(leader.pid, Signal::KILL);
+        std::thread::sleep(PAUSE);
+    }
+    true
+}
+
 fn in_group(stat: &str, group: u32) -> bool {
     let Some(mut fields) = stat_fields(stat) else {
         return false;
@@ -145,6 +170,25 @@ mod tests {
             assert!(!group_lives(pid));
             assert!(signal_group(pid, Signal::TERM).is_err());
         }
+    }
+
+    #[test]
+    fn a_group_is_ended_after_its_leader_but_not_one_of_another_boot() {
+        let script = "trap '' TERM; sleep 1000 & read go";
+        let mut leader = Command::new("/bin/sh");
+        leader.args(["-c", script]).process_group(0);
+        let mut leader = leader.stdin(std::process::Stdio::piped()).spawn().unwrap();
+        let identity = Identity::of(leader.id()).unwrap();
+        drop(leader.stdin.take());
+        leader.wait().unwrap();
+        let before = Identity {
+            boot_id: "before".to_owned(),
+            ..identity.clone()
+        };
+        assert!(end_group_of(&before, Duration::ZERO));
+        assert!(!end_group_of(&identity, Duration::ZERO), "a child is left");
+        assert!(end_group_of(&identity, Duration::from_secs(10)));
+        assert!(!group_lives(identity.pid));
     }
 
     #[test]

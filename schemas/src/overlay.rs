@@ -123,18 +123,6 @@ fn set_all(component: &mut ComponentSpec, overlay: &Overlay, entry: &Entry, repo
                     .at(overlay.place(span))
                     .help(error.help()),
             );
-        } else if let Some(help) = placement::not_carried_out(&key.value, value.trimmed()) {
-            let message = format!(
-                "`{}` of component `{}` is `{}`; that is read and kept, but not carried out by this version",
-                key.value,
-                component.instance,
-                value.trimmed()
-            );
-            report.push(
-                Finding::warning("not-carried-out", message)
-                    .at(overlay.place(value.span))
-                    .help(help),
-            );
         }
     }
 }

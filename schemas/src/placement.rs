@@ -1,21 +1,36 @@
 //! The placement keys `rtsctl.*`: one meaning, whether they stand in a profile or in an overlay.
 
+use std::ops::RangeInclusive;
+
+use jiff::SignedDuration;
+
 use crate::names;
 use crate::suggest;
-use crate::system::{ComponentSpec, OnDisconnect, RestartPolicy};
+use crate::system::{ComponentSpec, OnDisconnect, OnHang, RestartPolicy};
 
 /// The prefix of the keys in a profile; an overlay may leave it away.
 pub const PREFIX: &str = "rtsctl.";
 
 /// The keys, without their prefix.
-pub const KEYS: [&str; 6] = [
+pub const KEYS: [&str; 11] = [
     "node",
     "manager",
     "isolated",
     "restart",
+    "restartLimit",
+    "restartWindow",
+    "startTimeout",
+    "livenessTimeout",
+    "onHang",
     "onDisconnect",
     "resetOnError",
 ];
+
+/// Restarts that `restartLimit` may allow.
+const RESTARTS: RangeInclusive<u32> = 1..=1000;
+
+/// Milliseconds that a time may have.
+const TIMES: RangeInclusive<u64> = 100..=24 * 60 * 60 * 1000;
 
 /// Why a key or its value is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -75,6 +90,15 @@ pub fn set(component: &mut ComponentSpec, key: &str, value: &str) -> Result<(), 
             }
         }
         "restart" => component.policy.restart = restart(value)?,
+        "restartLimit" => component.policy.restart_limit = Some(limit(value)?),
+        "restartWindow" => {
+            component.policy.restart_window_ms = Some(time("restartWindow", value)?);
+        }
+        "startTimeout" => component.policy.start_timeout_ms = Some(time("startTimeout", value)?),
+        "livenessTimeout" => {
+            component.policy.liveness_timeout_ms = Some(time("livenessTimeout", value)?);
+        }
+        "onHang" => component.policy.on_hang = on_hang(value)?,
         "onDisconnect" => component.policy.on_disconnect = on_disconnect(value)?,
         "resetOnError" => component.policy.reset_on_error = boolean("resetOnError", value)?,
         _ => {
@@ -133,18 +157,20 @@ pub fn parse_bool(value: &str) -> Option<bool> {
     }
 }
 
-/// What a valid value means in this version, when that is not what it says: `onDisconnect` other than `keep`, and
-/// `restart: on-failure`.
-pub(crate) fn not_carried_out(key: &str, value: &str) -> Option<&'static str> {
-    match key {
-        "onDisconnect" if on_disconnect(value).is_ok_and(|policy| policy != OnDisconnect::Keep) => {
-            Some("the component goes on when a peer is lost")
-        }
-        "restart" if restart(value).is_ok_and(|policy| policy == RestartPolicy::OnFailure) => {
-            Some("it is started again however it ended, as with `always`")
-        }
-        _ => None,
-    }
+/// A whole number of restarts.
+fn limit(value: &str) -> Result<u32, PlacementError> {
+    let parsed = value.parse().ok().filter(|limit| RESTARTS.contains(limit));
+    parsed.ok_or_else(|| bad("restartLimit", value, "a whole number from 1 to 1000"))
+}
+
+/// A time with its unit, in whole milliseconds.
+fn time(key: &'static str, value: &str) -> Result<u64, PlacementError> {
+    let parsed = value.parse::<SignedDuration>().ok();
+    let ms = parsed.and_then(|time| u64::try_from(time.as_millis()).ok());
+    ms.filter(|ms| TIMES.contains(ms)).ok_or_else(|| {
+        let expected = "a time from 100 ms to 24 h with its unit, such as `500ms`, `10s` or `5m`";
+        bad(key, value, expected)
+    })
 }
 
 fn restart(value: &str) -> Result<RestartPolicy, PlacementError> {
@@ -163,5 +189,54 @@ fn on_disconnect(value: &str) -> Result<OnDisconnect, PlacementError> {
         "deactivate" => Ok(OnDisconnect::Deactivate),
         "stop" => Ok(OnDisconnect::Stop),
         _ => Err(bad("onDisconnect", value, "`keep`, `deactivate` or `stop`")),
+    }
+}
+
+/// `report` or `restart`, in any case.
+fn on_hang(value: &str) -> Result<OnHang, PlacementError> {
+    match value.to_ascii_lowercase().as_str() {
+        "report" => Ok(OnHang::Report),
+        "restart" => Ok(OnHang::Restart),
+        _ => Err(bad("onHang", value, "`report` or `restart`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_a_unit_and_bounds() {
+        let ms = |text| time("startTimeout", text).ok();
+        let read = [
+            "100ms", "500ms", "10s", "5m", "1h30m", "24h", "1.5s", "1 min",
+        ]
+        .map(ms);
+        let expected = [
+            100, 500, 10_000, 300_000, 5_400_000, 86_400_000, 1500, 60_000,
+        ];
+        assert_eq!(read, expected.map(Some));
+        for text in [
+            "",
+            "10",
+            "99ms",
+            "0s",
+            "-10s",
+            "24h1ms",
+            "1d",
+            "1y",
+            "ten",
+            "99999999999999h",
+        ] {
+            assert_eq!(ms(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn limits_are_whole_numbers_from_1_to_1000() {
+        assert_eq!([limit("1"), limit("1000")], [Ok(1), Ok(1000)]);
+        for text in ["", "0", "1001", "-1", "1.5", "many", "99999999999"] {
+            assert!(limit(text).is_err(), "{text}");
+        }
     }
 }

@@ -258,6 +258,17 @@ pub enum OnDisconnect {
     Stop,
 }
 
+impl OnDisconnect {
+    /// The word in profiles and messages.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::Deactivate => "deactivate",
+            Self::Stop => "stop",
+        }
+    }
+}
+
 /// A connector between two ports.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]

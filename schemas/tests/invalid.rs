@@ -179,14 +179,48 @@ fn a_pointer_into_the_model_leads_back_to_the_file() {
     assert!(at(&reversed, "/connectors/0/source").contains("out"));
 }
 
+/// A policy means the same in both places, and nothing is said about what is carried out.
 #[test]
-fn an_overlay_is_told_what_is_not_carried_out() {
-    let text = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Sine0: { onDisconnect: stop }\n";
+fn policies_of_an_overlay_and_of_a_profile_are_the_same() {
+    let keys = [
+        ("restart", "on-failure"),
+        ("restartLimit", "3"),
+        ("restartWindow", "2m"),
+        ("startTimeout", "500ms"),
+        ("livenessTimeout", "30s"),
+        ("onHang", "restart"),
+        ("onDisconnect", "stop"),
+        ("resetOnError", "true"),
+    ];
+    let lines: String = keys
+        .iter()
+        .map(|(key, value)| format!("      {key}: {value}\n"))
+        .collect();
+    let text = format!(
+        "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Sine0:\n{lines}"
+    );
     let overlay = overlay::read("o.yaml", text.as_bytes()).unwrap();
-    let (_, report) = load("system.xml", HELLO.as_bytes(), None, &[overlay]).unwrap();
-    let [finding] = &report.findings[..] else {
-        panic!("{report:?}");
+    let (by_overlay, report) = load("system.xml", HELLO.as_bytes(), None, &[overlay]).unwrap();
+    assert_eq!(report, Report::default());
+    let property = |(key, value): &(&str, &str)| {
+        format!(r#"<rtsExt:Properties rtsExt:name="rtsctl.{key}" rtsExt:value="{value}"/>"#)
     };
-    assert_eq!(finding.code, "not-carried-out");
-    assert_eq!(finding.place.as_ref().unwrap().file, "o.yaml");
+    let own: String = keys.iter().map(property).collect();
+    let profile = HELLO.replacen("</rts:Components>", &format!("{own}</rts:Components>"), 1);
+    let (by_profile, report) = load("system.xml", profile.as_bytes(), None, &[]).unwrap();
+    assert_eq!(report, Report::default());
+    let policy = &by_overlay.components[0].policy;
+    assert_eq!(policy, &by_profile.components[0].policy);
+    insta::assert_json_snapshot!(policy, @r#"
+    {
+      "restart": "on-failure",
+      "onDisconnect": "stop",
+      "resetOnError": true,
+      "restartLimit": 3,
+      "restartWindowMs": 120000,
+      "startTimeoutMs": 500,
+      "livenessTimeoutMs": 30000,
+      "onHang": "restart"
+    }
+    "#);
 }

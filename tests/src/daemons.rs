@@ -1,10 +1,11 @@
 //! The daemons of a stack, seen and ended from outside.
 
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::{Stack, alive, kill, processes_of};
+use crate::{Stack, alive, kill, processes_of, program, programs};
 
 /// Sends a signal. A process that is gone is no error.
 pub fn signal(pid: u32, signal: Signal) {
@@ -43,5 +44,17 @@ impl Stack {
         let pids = self.daemons(program);
         pids.iter().copied().for_each(kill_9);
         pids.len()
+    }
+
+    /// Starts the agent of this home by itself.
+    pub fn agent_alone(&self) -> Child {
+        let mut command = Command::new(program("rts-agent"));
+        command
+            .arg("--home")
+            .arg(self.home())
+            .env("RTSCTL_MODULE_PATH", programs())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command.spawn().expect("rts-agent starts")
     }
 }

@@ -75,7 +75,31 @@ impl Stack {
     }
 }
 
+impl Stack {
+    /// Asks until `done` is content with what there is, at most 20 s.
+    #[track_caller]
+    pub fn until_seen(&self, what: &str, done: impl Fn(&Witness) -> bool) -> Witness {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            let now = self.witness();
+            if done(&now) {
+                return now;
+            }
+            assert!(
+                Instant::now() < deadline,
+                "after 20 s still not: {what}; there is {now:#?}"
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
 impl Witness {
+    /// True when there are this many components and all are Active.
+    pub fn all_active(&self, count: usize) -> bool {
+        self.0.len() == count && self.0.values().all(|seen| seen.info.state == "Active")
+    }
+
     /// Instance names.
     pub fn names(&self) -> Vec<&str> {
         self.0.keys().map(String::as_str).collect()

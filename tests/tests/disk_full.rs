@@ -35,6 +35,18 @@ fn up_on_small_disk(stack: &Stack) {
     succeeded(&command.output().expect("unshare starts"));
 }
 
+/// `rtsctl up` where the agent lives.
+fn up_again(stack: &Stack) -> Output {
+    let agent = stack.daemons("rts-agent")[0];
+    let mut command = Command::new("nsenter");
+    command
+        .args(["-m", "-t", &agent.to_string()])
+        .arg(program("rtsctl"))
+        .arg("up")
+        .env("RTSCTL_HOME", stack.home());
+    command.output().expect("nsenter starts")
+}
+
 fn succeeded(output: &Output) {
     assert!(output.status.success(), "{output:?}");
 }
@@ -81,15 +93,8 @@ fn a_full_disk_is_told_and_loses_nothing() {
     assert_eq!(stack.named("systems", "hello")["metadata"]["generation"], 1);
 
     // What was acknowledged is still there after both have died, though nothing can be written.
-    let agent = stack.daemons("rts-agent")[0];
     stack.kill_9("rts-controller");
-    let up = Command::new("nsenter")
-        .args(["-m", "-t", &agent.to_string()])
-        .arg(program("rtsctl"))
-        .arg("up")
-        .env("RTSCTL_HOME", stack.home())
-        .output();
-    let up = up.expect("nsenter starts");
+    let up = up_again(&stack);
     before.goes_on_undisturbed(&stack);
     if up.status.success() {
         assert_eq!(stack.named("systems", "hello")["metadata"]["generation"], 1);
@@ -100,13 +105,7 @@ fn a_full_disk_is_told_and_loses_nothing() {
 
     let inside = state(&stack, "rts-agent").join("filler");
     std::fs::remove_file(inside).expect("the filler goes");
-    let up = Command::new("nsenter")
-        .args(["-m", "-t", &agent.to_string()])
-        .arg(program("rtsctl"))
-        .arg("up")
-        .env("RTSCTL_HOME", stack.home())
-        .output();
-    succeeded(&up.expect("nsenter starts"));
+    succeeded(&up_again(&stack));
     before.goes_on_undisturbed(&stack);
     stack.expect(0, &["apply", CHANGED]);
     assert_eq!(stack.named("systems", "hello")["metadata"]["generation"], 2);

@@ -83,15 +83,9 @@ fn a_lost_peer_deactivates_at_once_and_without_daemons() {
     stack.kill_9("rts-agent");
     let before = stack.witness();
     kill_9(before.of("source").pid);
-    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(5);
-    while stack.witness().of("middle").info.state != "Inactive" {
-        assert!(
-            std::time::Instant::now() < deadline,
-            "{:?}",
-            stack.witness()
-        );
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
+    stack.until_seen("its manager deactivates it", |now| {
+        now.of("middle").info.state == "Inactive"
+    });
     assert_eq!(stack.witness().of("sink").info.state, "Active", "it keeps");
     // The source never comes back: so the middle waits for it, and says so.
     stack.expect(0, &["up"]);

@@ -1,10 +1,8 @@
 //! A machine that was switched off: the agent starts what it was last told to run, in order, without a controller.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
-use rts_tests::{Profile, Stack, kill_9, processes_of, program, programs};
+use rts_tests::{Profile, Stack, kill_9, processes_of};
 
 /// All processes gone at once, and files that speak of another boot.
 fn switch_off(stack: &Stack) {
@@ -55,24 +53,8 @@ fn after_a_reboot_the_agent_alone_starts_everything_in_order() {
     stack.expect(0, &["apply", &file]);
     let before = stack.witness();
     switch_off(&stack);
-    let mut agent = Command::new(program("rts-agent"))
-        .arg("--home")
-        .arg(stack.home())
-        .env("RTSCTL_MODULE_PATH", programs())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("rts-agent starts");
-    let deadline = Instant::now() + Duration::from_secs(20);
-    let after = loop {
-        let now = stack.witness();
-        let active = now.names().iter().all(|n| now.of(n).info.state == "Active");
-        if now.names().len() == 5 && active {
-            break now;
-        }
-        assert!(Instant::now() < deadline, "only {now:?}");
-        std::thread::sleep(Duration::from_millis(50));
-    };
+    let mut agent = stack.agent_alone();
+    let after = stack.until_seen("all run", |now| now.all_active(5));
     for name in before.names() {
         assert_ne!(
             before.of(name).info.incarnation,
@@ -106,27 +88,12 @@ fn an_agent_that_was_killed_heals_without_a_controller() {
     stack.kill_9("rts-controller");
     stack.kill_9("rts-agent");
     kill_9(before.of("chain2").pid);
-    let mut agent = Command::new(program("rts-agent"))
-        .arg("--home")
-        .arg(stack.home())
-        .env("RTSCTL_MODULE_PATH", programs())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("rts-agent starts");
-    let deadline = Instant::now() + Duration::from_secs(20);
-    while stack.witness().names().len() < 5 || stack.witness().of("chain2").info.state != "Active" {
-        assert!(Instant::now() < deadline, "chain2 does not come back");
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    let mut agent = stack.agent_alone();
+    stack.until_seen("it is healed", |now| now.all_active(5));
     before.without(&["chain2"]).goes_on_undisturbed(&stack);
     // Killed again while the agent lives.
     kill_9(stack.witness().of("chain3").pid);
-    let deadline = Instant::now() + Duration::from_secs(20);
-    while stack.witness().names().len() < 5 || stack.witness().of("chain3").info.state != "Active" {
-        assert!(Instant::now() < deadline, "chain3 does not come back");
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    stack.until_seen("it is healed", |now| now.all_active(5));
     before
         .without(&["chain2", "chain3"])
         .goes_on_undisturbed(&stack);

@@ -1,14 +1,14 @@
 //! HTTP client of an agent.
 
 use futures_util::stream;
-use reqwest::Method;
+use reqwest::{Method, RequestBuilder, Response};
 use rts_http::client::{Client, ClientError, segment};
 use rts_http::lines::Lines;
 use rts_plan::observed::Inventory;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::messages::{
-    Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport, ModuleRequest,
+    Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport, LogQuery, ModuleRequest,
     ModuleResolution, NodeInfo, NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest,
 };
 use crate::{AgentApi, BatchEvents, paths};
@@ -30,16 +30,27 @@ impl HttpAgent {
         self.http.get(paths::NODE).await
     }
 
+    /// A component's log as it comes; it has no time-out.
+    pub async fn stream_log(
+        &self,
+        instance: &str,
+        query: &LogQuery,
+    ) -> Result<Response, ClientError> {
+        self.http.accept(self.log_request(instance, query)).await
+    }
+
     /// The last `tail` lines of a component's log.
     pub async fn log(&self, instance: &str, tail: usize) -> Result<String, ClientError> {
+        let query = LogQuery {
+            tail: Some(tail),
+            ..LogQuery::default()
+        };
+        self.http.text(self.log_request(instance, &query)).await
+    }
+
+    fn log_request(&self, instance: &str, query: &LogQuery) -> RequestBuilder {
         let path = paths::LOG.replace("{instance}", &segment(instance));
-        self.http
-            .text(
-                self.http
-                    .request(Method::GET, &path)
-                    .query(&[("tail", tail)]),
-            )
-            .await
+        self.http.request(Method::GET, &path).query(query)
     }
 
     /// Loads a module by hand.
@@ -111,6 +122,10 @@ fn of_manager(path: &str, manager: &str) -> String {
 impl AgentApi for HttpAgent {
     async fn inventory(&self) -> Result<Inventory, ClientError> {
         self.http.get(paths::INVENTORY).await
+    }
+
+    async fn node_spec(&self) -> Result<NodeSpecEnvelope, ClientError> {
+        self.http.get(paths::NODE_SPEC).await
     }
 
     async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {

@@ -29,6 +29,9 @@ pub trait AgentApi: Send + Sync + 'static {
     /// What runs on the node now.
     fn inventory(&self) -> impl Future<Output = Result<Inventory, ClientError>> + Send;
 
+    /// What the node's ledger holds; a problem with status 404 when it was told nothing yet.
+    fn node_spec(&self) -> impl Future<Output = Result<NodeSpecEnvelope, ClientError>> + Send;
+
     /// Replaces the node's whole desired set. Durable when it returns.
     fn put_node_spec(
         &self,

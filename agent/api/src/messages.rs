@@ -62,13 +62,13 @@ pub struct LedgerFence {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct LogQuery {
-    /// Lines from the end, at most 10000; none for 200.
+    /// Lines from the end, at most 10000; none for 200, or for all with `since` or `previous`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tail: Option<usize>,
     /// Stay, and send what is added, across rotations and restarts.
     #[serde(default)]
     pub follow: bool,
-    /// Of the incarnation before the newest only.
+    /// Of the incarnation before the newest only; not with `follow`.
     #[serde(default)]
     pub previous: bool,
     /// Only lines from this time on, RFC 3339.

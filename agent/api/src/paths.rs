@@ -12,7 +12,7 @@ pub const BATCHES: &str = "/v1/batches";
 pub const BATCH_GATES: &str = "/v1/batches/{plan}/gates";
 /// `POST`: [`crate::messages::ResolveRequest`].
 pub const RESOLVE: &str = "/v1/modules/resolve";
-/// `GET ?tail=N`: the last lines of a component's log as text.
+/// `GET`, query [`crate::messages::LogQuery`]: a component's log as text.
 pub const LOG: &str = "/v1/components/{instance}/log";
 /// `POST`: [`crate::messages::ModuleRequest`] loads a module by hand; starts the manager when it is not there.
 pub const MANAGER_MODULES: &str = "/v1/managers/{manager}/modules";

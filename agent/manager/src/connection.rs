@@ -7,12 +7,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    Failure, FromManager, Greeting, RequestBody, Response, ResponseBody,
+    Failure, FromManager, Greeting, Hello, RequestBody, Response, ResponseBody,
 };
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::Timed;
+use rts_manager_api::{PROTOCOL_VERSION, speaks};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -44,11 +44,6 @@ struct Envelope {
     body: Value,
 }
 
-/// True for the versions of the protocol that this manager speaks: its own and the one before.
-pub fn speaks(version: u32) -> bool {
-    version == PROTOCOL_VERSION || version.checked_add(1) == Some(PROTOCOL_VERSION)
-}
-
 /// Serves a connection until it ends.
 pub fn serve(stream: UnixStream, shared: &Arc<Shared>) {
     let mut timed = Timed::new(&stream, Instant::now() + GREETING);
@@ -56,12 +51,7 @@ pub fn serve(stream: UnixStream, shared: &Arc<Shared>) {
         Ok(Greeting::Control { version }) => control(stream, version, shared),
         Ok(Greeting::Data(hello)) => {
             if let Some(_slot) = shared.incoming.take() {
-                accept::serve(
-                    &stream,
-                    &hello,
-                    &shared.manager.bindings,
-                    &shared.manager.events,
-                );
+                accept::serve(&stream, &hello, &shared.manager);
             } else {
                 log::warn(format_args!(
                     "a data connection was closed: there are {} already",
@@ -91,13 +81,15 @@ fn control(stream: UnixStream, version: u32, shared: &Arc<Shared>) -> Result<(),
     let connection = Arc::new(Connection {
         writer: Mutex::new(stream),
     });
-    connection.transmit(&shared.manager.hello)?;
-    if !speaks(version) {
+    let spoken = speaks(version);
+    let hello = Hello {
+        version: spoken.map_or(PROTOCOL_VERSION, |()| version),
+        ..shared.manager.hello.clone()
+    };
+    connection.transmit(&hello)?;
+    if let Err(mismatch) = spoken {
         // The hello above tells the other side our version, so that it can say who is to be upgraded.
-        log::warn(format_args!(
-            "a control connection was closed: it speaks version {version} of the protocol, this manager \
-             {PROTOCOL_VERSION}"
-        ));
+        log::warn(format_args!("a control connection was closed: {mismatch}"));
         return Ok(());
     }
     shared.manager.events.subscribe(&connection);

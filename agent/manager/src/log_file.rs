@@ -15,7 +15,7 @@ use crate::log::{Level, line};
 use crate::sync::lock;
 
 /// A file of this length is renamed to `NAME.1` and a new one begun.
-const MAX_LENGTH: u64 = 16 * 1024 * 1024;
+pub const MAX_LENGTH: u64 = 16 * 1024 * 1024;
 /// The path is looked at this often.
 const LOOK: Duration = Duration::from_secs(1);
 
@@ -78,14 +78,19 @@ impl LogFile {
     fn rotate(&self, open: &mut Open) {
         // Begun anew even when it fails, so that a folder without room is not asked for each line.
         open.written = 0;
-        let mut former = self.path.clone().into_os_string();
-        former.push(".1");
-        if std::fs::rename(&self.path, former).is_ok()
+        if std::fs::rename(&self.path, former(&self.path)).is_ok()
             && let Ok(new) = Open::at(&self.path)
         {
             *open = new;
         }
     }
+}
+
+/// Where a file goes that is full.
+pub fn former(path: &Path) -> PathBuf {
+    let mut former = path.to_owned().into_os_string();
+    former.push(".1");
+    former.into()
 }
 
 impl Open {

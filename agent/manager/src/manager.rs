@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{Failure, Hello};
 
 use crate::component::Component;
+use crate::data::Parting;
 use crate::data::binding::Bindings;
 use crate::events::Events;
 use crate::failure::{conflict, list, not_found};
@@ -143,7 +146,7 @@ impl Manager {
 
     /// Forgets a component that has ended.
     pub fn remove_component(&self, component: &Arc<Component>) {
-        self.detach(component);
+        self.detach(component, Parting::GoodBye);
         let mut components = lock(&self.components);
         let name = &component.identity.instance;
         if components
@@ -155,13 +158,47 @@ impl Manager {
     }
 
     /// Closes all connectors of a component, at both kinds of ends, and lets none be added.
-    pub fn detach(&self, component: &Component) {
+    pub fn detach(&self, component: &Component, parting: Parting) {
         component.leave();
         for connector in component.take_connectors(|_| true) {
-            connector.close();
+            connector.close(parting);
+            let request = &connector.request;
+            if parting == Parting::Loss && request.target_socket.is_none() {
+                self.lose(&request.target_instance, &request.connector);
+            }
         }
         for end in self.bindings.remove_of(&component.identity.incarnation) {
-            end.close(&self.events);
+            end.close(&self.events, parting);
+            let binding = &end.binding;
+            if parting == Parting::Loss
+                && end.is_direct()
+                && let Some((source, _)) = binding.source.rsplit_once('.')
+            {
+                self.lose(source, &binding.connector);
+            }
+        }
+    }
+
+    /// A connector of this component lost its other end, and nobody ordered that.
+    pub fn lose(&self, instance: &str, connector: &str) {
+        if !self.is_stopping()
+            && let Ok(component) = self.component(instance)
+        {
+            component.lose(connector);
+        }
+    }
+
+    /// Looks once a second for what does not come to an end by itself.
+    pub fn watch(&self) {
+        for component in self.components() {
+            component.look_after_loss(&self.events);
+        }
+    }
+
+    /// Waits until the good-byes of outgoing connections have left, or the deadline.
+    pub fn wait_for_good_byes(&self, deadline: Instant) {
+        while self.outgoing.used() > 0 && Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(2));
         }
     }
 }

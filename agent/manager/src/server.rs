@@ -136,15 +136,17 @@ fn serve(
             return Ok(Ended::Signal);
         }
         if hang_up {
-            reopen(signals);
+            signals.reopen_log();
         }
         if connections {
             accept(run_dir, shared);
         }
         if watched.elapsed() >= WATCH {
+            signals.rotate();
             // Whoever ends it may be removing the folder already.
             if !shared.manager.is_stopping() {
                 run_dir.repair();
+                shared.manager.watch();
             }
             watched = Instant::now();
         }
@@ -231,13 +233,24 @@ impl Signals {
             own_log: OwnLog::of_this_process(),
         })
     }
-}
 
-/// Opens the log anew after it was rotated.
-fn reopen(signals: &Signals) {
-    while (&signals.reopen).read(&mut [0; 64]).is_ok_and(|n| n > 0) {}
-    match signals.own_log.reopen() {
-        Ok(()) => log::info(format_args!("the log was opened anew")),
-        Err(error) => log::warn(format_args!("the log cannot be opened anew: {error}")),
+    /// Opens the log anew after somebody else has moved it away.
+    fn reopen_log(&self) {
+        while (&self.reopen).read(&mut [0; 64]).is_ok_and(|n| n > 0) {}
+        match self.own_log.reopen() {
+            Ok(()) => log::info(format_args!("the log was opened anew")),
+            Err(error) => log::warn(format_args!("the log cannot be opened anew: {error}")),
+        }
+    }
+
+    /// Exchanges the log when it is full.
+    fn rotate(&self) {
+        match self.own_log.rotate() {
+            Ok(true) => log::info(format_args!(
+                "the log was full; what came before is in its .1"
+            )),
+            Ok(false) => {}
+            Err(error) => log::warn(format_args!("the full log cannot be opened anew: {error}")),
+        }
     }
 }

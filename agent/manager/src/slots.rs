@@ -27,6 +27,11 @@ impl Slots {
         self.limit
     }
 
+    /// How many are taken.
+    pub fn used(&self) -> usize {
+        self.used.load(Ordering::Acquire)
+    }
+
     /// Takes a place when one is free.
     pub fn take(&self) -> Option<Slot> {
         self.used

@@ -341,7 +341,7 @@ fn a_source_that_sends_nonsense_is_dropped_alone() {
             .result
             .unwrap_err()
             .message
-            .contains("upgrade the older side")
+            .contains("the manager of B.in: the other side speaks version 4294967295")
     );
     let (_, reply) = greet(&manager, &incarnation, |hello| {
         hello.encoding = "xml".to_owned();
@@ -361,7 +361,9 @@ fn a_source_that_sends_nonsense_is_dropped_alone() {
     reply.result.unwrap();
     let (mut second, reply) = greet(&manager, &incarnation, |_| ());
     reply.result.unwrap();
-    assert_eq!(first.read(&mut [0; 8]).unwrap(), 0);
+    let mut good_bye = Vec::new();
+    first.read_to_end(&mut good_bye).unwrap();
+    assert_eq!(good_bye.len(), 1);
     for sequence in [1_u64, 2, 5, 6] {
         second.write_all(&16_u32.to_be_bytes()).unwrap();
         second.write_all(&sequence.to_be_bytes()).unwrap();
@@ -409,7 +411,8 @@ fn connections_that_ended_hold_no_file_descriptors() {
         let (_, reply) = greet(&manager, &incarnation, |hello| hello.connector = name);
         reply.result.unwrap();
     }
-    until("all are closed", || descriptors() == before);
+    // Fewer, when the probe of the start was still open before.
+    until("all are closed", || descriptors() <= before);
 }
 
 #[test]

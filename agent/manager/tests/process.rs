@@ -205,10 +205,13 @@ fn nonsense_on_the_socket_does_no_harm() {
         failure.message
     );
 
-    // The version before this one is served.
+    // The version before this one is served, as if this manager spoke no other.
     let mut stream = manager.connect();
-    frame::write(&mut stream, &Greeting::Control { version: 0 }).unwrap();
-    let _: Hello = frame::read(&mut stream).unwrap();
+    stream
+        .write_all(&framed(r#"{"role":"control","version":1}"#))
+        .unwrap();
+    let hello: Hello = frame::read(&mut stream).unwrap();
+    assert_eq!(hello.version, 1);
     stream
         .write_all(&framed(
             r#"{"id":1,"deadlineMs":1000,"body":{"op":"inventory"}}"#,
@@ -225,9 +228,11 @@ fn nonsense_on_the_socket_does_no_harm() {
 
     // Another protocol version is told ours and sent away.
     let mut stream = manager.connect();
-    frame::write(&mut stream, &Greeting::Control { version: 99 }).unwrap();
+    stream
+        .write_all(&framed(r#"{"role":"control","version":99}"#))
+        .unwrap();
     let hello: Hello = frame::read(&mut stream).unwrap();
-    assert_eq!(hello.version, 1);
+    assert_eq!(hello.version, 2);
     assert_eq!(stream.read(&mut [0]).unwrap(), 0);
     assert_eq!(component(&mut client, "A").state, "Active");
 }
@@ -334,6 +339,48 @@ fn a_hang_up_opens_the_log_anew() {
     until("it goes on in a new file", || {
         std::fs::read_to_string(&path).is_ok_and(|text| text.contains("was opened anew"))
     });
+    let mut client = Client::connect(&dir.join("control.sock"), SOON).unwrap();
+    ok(&mut client, RequestBody::Shutdown);
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
+fn its_own_log_is_exchanged_when_it_is_full() {
+    const FULL: u64 = 16 * 1024 * 1024;
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let path = home.path().join("m.log");
+    let mut log = std::fs::File::options();
+    let mut log = log.append(true).create(true).open(&path).unwrap();
+    let dir = home.path().join("m");
+    let mut child = command(&dir, "m")
+        .stdout(log.try_clone().unwrap())
+        .stderr(log.try_clone().unwrap())
+        .spawn()
+        .unwrap();
+    until("the manager serves", || {
+        UnixStream::connect(dir.join("control.sock")).is_ok()
+    });
+    // Each round as a component that prints without end does it, twice over.
+    for round in 0..2 {
+        let number = path.metadata().unwrap().ino();
+        log.write_all(&vec![b'x'; FULL as usize]).unwrap();
+        until("it goes on in a new file", || {
+            std::fs::read_to_string(&path).is_ok_and(|text| {
+                // Between its two steps there is none.
+                text.contains("the log was full")
+                    && path.metadata().is_ok_and(|file| file.ino() != number)
+            })
+        });
+        assert!(path.metadata().unwrap().len() < FULL / 2, "{round}");
+        let former = home.path().join("m.log.1");
+        assert_eq!(former.metadata().unwrap().ino(), number);
+        assert!(former.metadata().unwrap().len() >= FULL);
+        for fd in ["1", "2"] {
+            let link = format!("/proc/{}/fd/{fd}", child.id());
+            assert_eq!(std::fs::read_link(link).unwrap(), path);
+        }
+        log = std::fs::File::options().append(true).open(&path).unwrap();
+    }
     let mut client = Client::connect(&dir.join("control.sock"), SOON).unwrap();
     ok(&mut client, RequestBody::Shutdown);
     assert!(child.wait().unwrap().success());

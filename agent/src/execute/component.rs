@@ -5,7 +5,7 @@ use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::Inventory;
 use rts_plan::plan::Work;
 use rts_schemas::names::instance_name_problem;
-use rts_schemas::system::{Configuration, ExecutionKind};
+use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 
 use super::verb::{StepError, Verb, system_id, unless};
 use crate::events::lock;
@@ -23,9 +23,9 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             configuration,
             execution_kind,
             rate,
-            on_disconnect: _,
+            on_disconnect,
         } => {
-            let request = create_request(
+            let mut request = create_request(
                 verb,
                 instance,
                 type_name,
@@ -34,6 +34,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 execution_kind,
                 rate,
             );
+            request.on_disconnect = Some(on_disconnect_name(on_disconnect).to_owned());
             create(verb, &manager, request).await
         }
         Work::Configure {
@@ -44,12 +45,16 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             on_disconnect,
         } => {
             let Configuration { active, sets } = configuration;
+            let nothing_else = sets.is_empty() && active.is_none() && rate.is_none();
+            if let (true, Some(wanted)) = (nothing_else, on_disconnect) {
+                refuse_old(&*verb.manager(&manager)?, &instance, wanted)?;
+            }
             let request = RequestBody::Configure {
                 instance,
                 sets,
                 active,
                 rate,
-                on_disconnect: on_disconnect.map(|_| "keep".to_owned()),
+                on_disconnect: on_disconnect.map(|wanted| on_disconnect_name(wanted).to_owned()),
             };
             done(verb, &manager, request).await
         }
@@ -64,8 +69,9 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
         }
         Work::Delete { manager, instance } => {
             let there = verb.manager_if_any(&manager);
-            if let Some(there) = &there {
-                lock(&there.seen).told.remove(&instance);
+            // Before it is asked: should it bring the process down, it does not die by itself.
+            if let Some(system) = &verb.system {
+                verb.agent.component_gone(system, &instance);
             }
             let name = instance.clone();
             done_if_there(verb, &manager, RequestBody::Delete { instance }).await?;
@@ -143,10 +149,8 @@ async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result
     verb.agent.mark_log(&manager, &request).await;
     if let Some(system) = &verb.system {
         // Before it is asked: the component may bring the process down while it is made.
-        let told = (system.clone(), request.restarts);
-        lock(&manager.seen)
-            .told
-            .insert(request.instance.clone(), told);
+        let agent = &verb.agent;
+        agent.component_made(system, &request.instance, &manager.incarnation);
     }
     let call = manager
         .link
@@ -158,8 +162,8 @@ async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result
             if e.is(FailureCode::Conflict) && is_there(verb, &manager, &request).await? {
                 return Ok(());
             }
-            if e.failure().is_some() {
-                lock(&manager.seen).told.remove(&request.instance);
+            if let (Some(_), Some(system)) = (e.failure(), &verb.system) {
+                verb.agent.component_gone(system, &request.instance);
             }
             Err(e)
         }
@@ -219,6 +223,26 @@ fn holder(
         .flat_map(|m| m.components.iter().map(move |c| (m, c)))
         .find(|(_, c)| c.instance == instance)
         .map(|(m, c)| (m.key.display_name(), c.system.clone()))
+}
+
+/// What a manager of version 1 cannot be told: it would do nothing and say that all is well.
+fn refuse_old(manager: &Manager, instance: &str, wanted: OnDisconnect) -> Result<(), StepError> {
+    if manager.link.version().is_none_or(|version| version >= 2) {
+        return Ok(());
+    }
+    let (name, wanted) = (manager.key.display_name(), on_disconnect_name(wanted));
+    Err(StepError::Refused(format!(
+        "manager {name} speaks protocol version 1, which does not know rtsctl.onDisconnect: {instance} keeps on when a peer is lost, instead of {wanted}, until its process is replaced when the system is torn down or restarted"
+    )))
+}
+
+/// Name of what is done when a peer is lost in the control protocol.
+fn on_disconnect_name(wanted: OnDisconnect) -> &'static str {
+    match wanted {
+        OnDisconnect::Keep => "keep",
+        OnDisconnect::Deactivate => "deactivate",
+        OnDisconnect::Stop => "stop",
+    }
 }
 
 /// Name of an execution kind in the control protocol.

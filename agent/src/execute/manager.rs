@@ -17,7 +17,10 @@ pub(super) async fn stop(
     incarnation: &str,
 ) -> Result<(), StepError> {
     match verb.manager_if_any(key) {
-        Some(manager) if manager.incarnation == incarnation => Ok(manager.stop().await?),
+        Some(manager) if manager.incarnation == incarnation => {
+            verb.agent.manager_leaves(incarnation).await;
+            Ok(manager.stop().await?)
+        }
         _ => Ok(()),
     }
 }

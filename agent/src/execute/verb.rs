@@ -76,7 +76,13 @@ pub(crate) struct Hands {
 
 impl CarryOut for Hands {
     fn limit(&self, step: &Step) -> Duration {
-        limit(&step.work)
+        match &step.work {
+            Work::Create { instance, .. } | Work::Activate { instance, .. } => {
+                let policies = self.agent.policies();
+                policies.start_timeout(step.system.as_ref(), instance)
+            }
+            work => limit(work),
+        }
     }
 
     fn carry_out(&self, step: Step, limit: Duration) -> Carrying {

@@ -1,6 +1,7 @@
 //! What changed from one inventory to the next: whether its revision rises, and what people should know of it.
 
 use rts_agent_api::session::AgentEvent;
+use rts_plan::delta::InventoryDelta;
 use rts_plan::observed::{
     ComponentObserved, ConnectorState, Inventory, LifeCycleState, ManagerObserved,
 };
@@ -29,6 +30,21 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
     inventory
 }
 
+/// The way from an earlier inventory to this one; none when nothing but counters differs. Managers in which only
+/// counters differ are left out.
+pub(crate) fn delta(earlier: &Inventory, now: &Inventory) -> Option<InventoryDelta> {
+    if earlier.revision == now.revision {
+        return None;
+    }
+    let (bare, bare_now) = (without_counters(earlier), without_counters(now));
+    let changed = bare_now.since(&bare);
+    let mut delta = now.since(earlier);
+    delta
+        .managers
+        .retain(|m| changed.managers.iter().any(|c| c.key == m.key));
+    Some(delta)
+}
+
 /// What people should know of the change from one inventory to the next.
 pub(super) fn differences(old: &Inventory, new: &Inventory) -> Vec<AgentEvent> {
     let mut events = Vec::new();
@@ -38,6 +54,7 @@ pub(super) fn differences(old: &Inventory, new: &Inventory) -> Vec<AgentEvent> {
             .iter()
             .find(|m| m.incarnation == manager.incarnation);
         events.extend(of_answers(before, manager));
+        events.extend(of_expiry(before, manager));
         for component in &manager.components {
             let before = before
                 .into_iter()
@@ -72,13 +89,26 @@ fn of_state(before: Option<&ComponentObserved>, now: &ComponentObserved) -> Opti
     Some(warning("ComponentError", object, now, message))
 }
 
-fn of_hanging(before: Option<&ComponentObserved>, now: &ComponentObserved) -> Option<AgentEvent> {
-    if before.is_some_and(|c| c.hangs.is_some()) {
+fn of_expiry(before: Option<&ManagerObserved>, now: &ManagerObserved) -> Option<AgentEvent> {
+    if before.is_some_and(|m| m.expired.is_some()) {
         return None;
     }
-    let message = now.hangs.clone()?;
+    let why = now.expired.as_ref()?;
+    let message = format!("{why}: process {} is to be replaced", now.pid);
+    Some(of_manager("Warning", "ManagerExpired", &now.key, message))
+}
+
+fn of_hanging(before: Option<&ComponentObserved>, now: &ComponentObserved) -> Option<AgentEvent> {
+    let did = before.is_some_and(|c| c.hangs.is_some());
     let object = format!("component/{}", now.instance);
-    Some(warning("ComponentHangs", object, now, message))
+    match (did, &now.hangs) {
+        (false, Some(hangs)) => Some(warning("Hangs", object, now, hangs.clone())),
+        (true, None) => Some(AgentEvent {
+            kind: "Normal".to_owned(),
+            ..warning("Hangs", object, now, "hangs no longer".to_owned())
+        }),
+        _ => None,
+    }
 }
 
 fn of_connectors(before: Option<&ComponentObserved>, now: &ComponentObserved) -> Vec<AgentEvent> {
@@ -115,5 +145,43 @@ fn warning(
         object,
         system: component.system.as_ref().map(|s| s.name.clone()),
         message,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inventory::fixtures::{bare, view};
+    use crate::inventory::merge::merge;
+    use crate::policies::Policies;
+
+    /// Two managers, whose components were executed so often and have this state.
+    fn at(revision: u64, executions: u64, state: &str) -> Inventory {
+        let views = ["one", "two"].map(|name| {
+            let mut info = bare(name);
+            info.executions = executions;
+            if name == "two" {
+                info.state = state.to_owned();
+            }
+            let mut view = view(vec![info]);
+            view.key.name = name.to_owned();
+            view
+        });
+        let mut inventory = merge("local", views.to_vec(), &Policies::default());
+        inventory.revision = revision;
+        inventory
+    }
+
+    #[test]
+    fn a_delta_holds_what_differs_in_more_than_counters() {
+        let earlier = at(1, 10, "Active");
+        assert_eq!(delta(&earlier, &at(1, 20, "Active")), None);
+        let now = at(2, 20, "Error");
+        let delta = delta(&earlier, &now).unwrap();
+        assert_eq!((delta.from, delta.to), (1, 2));
+        assert_eq!(delta.managers, [now.managers[1].clone()]);
+        let mut there = earlier;
+        assert!(there.advance(delta));
+        assert_eq!(without_counters(&there), without_counters(&now));
     }
 }

@@ -1,6 +1,7 @@
 //! Turning the answers of managers into one inventory. Strings are read leniently: a manager may be of another version.
 
 use std::collections::HashMap;
+use std::time::Duration;
 
 use rts_manager_api::control::{
     Busy, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
@@ -14,6 +15,9 @@ use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
 };
 
+use super::hang;
+use crate::policies::Policies;
+
 /// What is known of one manager.
 #[derive(Debug, Clone)]
 pub(crate) struct View {
@@ -22,6 +26,8 @@ pub(crate) struct View {
     pub pid: u32,
     pub started: String,
     pub responsive: bool,
+    /// Since when it has not answered.
+    pub silent: Option<Duration>,
     pub inventory: ManagerInventory,
 }
 
@@ -29,14 +35,17 @@ pub(crate) struct View {
 type Received = HashMap<(Option<SystemRef>, String, PortRef), u64>;
 
 /// Merges the answers; the revision is 0.
-pub(crate) fn merge(node: &str, mut views: Vec<View>) -> Inventory {
+pub(crate) fn merge(node: &str, mut views: Vec<View>, policies: &Policies) -> Inventory {
     views.sort_by(|a, b| a.key.cmp(&b.key));
     let received = received(&views);
     Inventory {
         node: node.to_owned(),
         revision: 0,
         held: Vec::new(),
-        managers: views.into_iter().map(|v| manager(v, &received)).collect(),
+        managers: views
+            .into_iter()
+            .map(|v| manager(v, &received, policies))
+            .collect(),
     }
 }
 
@@ -58,12 +67,13 @@ fn received(views: &[View]) -> Received {
     received
 }
 
-fn manager(view: View, received: &Received) -> ManagerObserved {
+fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObserved {
+    let expired = hang::expired(policies, &view);
     let mut components: Vec<_> = view
         .inventory
         .components
         .into_iter()
-        .map(|c| component(c, view.key.system.as_ref(), received))
+        .map(|c| component(c, view.key.system.as_ref(), received, policies))
         .collect();
     components.sort_by(|a, b| a.instance.cmp(&b.instance));
     ManagerObserved {
@@ -72,7 +82,7 @@ fn manager(view: View, received: &Received) -> ManagerObserved {
         pid: view.pid,
         started: view.started,
         responsive: view.responsive,
-        expired: None,
+        expired,
         modules: view.inventory.modules,
         components,
     }
@@ -82,7 +92,9 @@ fn component(
     info: ComponentInfo,
     system: Option<&SystemRef>,
     received: &Received,
+    policies: &Policies,
 ) -> ComponentObserved {
+    let hangs = hang::hangs(policies, &info).map(hangs);
     let mut connectors: Vec<_> = info
         .connectors
         .into_iter()
@@ -103,8 +115,8 @@ fn component(
             sets: info.sets,
         },
         defaults: info.defaults,
-        hangs: info.busy.as_ref().map(hangs),
-        on_disconnect: OnDisconnect::default(),
+        hangs,
+        on_disconnect: on_disconnect(info.on_disconnect.as_deref()),
         execution_kind: execution_kind(&info.execution_kind),
         rate: info.rate,
         executions: info.executions,
@@ -186,6 +198,15 @@ fn connector_state(text: &str) -> ConnectorState {
     }
 }
 
+/// What it does when a peer is lost; a manager of version 1 says nothing, and goes on.
+fn on_disconnect(text: Option<&str>) -> OnDisconnect {
+    match text {
+        Some("deactivate") => OnDisconnect::Deactivate,
+        Some("stop") => OnDisconnect::Stop,
+        _ => OnDisconnect::Keep,
+    }
+}
+
 /// Kind of an execution context by its name in the control protocol.
 fn execution_kind(text: &str) -> ExecutionKind {
     match text {
@@ -206,32 +227,8 @@ pub(crate) fn system_ref(id: &SystemId) -> SystemRef {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inventory::fixtures::{bare, view};
     use rts_manager_api::control::BindingInfo;
-
-    fn bare(instance: &str) -> ComponentInfo {
-        ComponentInfo {
-            instance: instance.to_owned(),
-            type_name: "T".to_owned(),
-            on_disconnect: None,
-            system: None,
-            incarnation: instance.to_owned(),
-            recreate_hash: String::new(),
-            restarts: 0,
-            created: String::new(),
-            state: "Active".to_owned(),
-            message: None,
-            sets: Default::default(),
-            active: String::new(),
-            defaults: Default::default(),
-            busy: None,
-            execution_kind: "periodic".to_owned(),
-            rate: 1.0,
-            executions: 0,
-            ports: Vec::new(),
-            connectors: Vec::new(),
-            bindings: Vec::new(),
-        }
-    }
 
     /// A connector that sent so many samples, and its binding.
     fn seen(sent: u64, received: u64, connected: bool) -> u64 {
@@ -257,21 +254,7 @@ mod tests {
             drops: 0,
             gaps: 0,
         });
-        let view = View {
-            key: ManagerKey {
-                system: None,
-                name: "main".to_owned(),
-            },
-            incarnation: String::new(),
-            pid: 1,
-            started: String::new(),
-            responsive: true,
-            inventory: ManagerInventory {
-                modules: Default::default(),
-                components: vec![a, b],
-            },
-        };
-        let inventory = merge("local", vec![view]);
+        let inventory = merge("local", vec![view(vec![a, b])], &Policies::default());
         inventory.managers[0].components[0].connectors[0].samples_received
     }
 
@@ -280,48 +263,5 @@ mod tests {
         assert_eq!(seen(9, 7, true), 7);
         assert_eq!(seen(9, 12, true), 9);
         assert_eq!(seen(9, 7, false), 0);
-    }
-
-    #[test]
-    fn what_hangs_says_where_and_since_when_and_its_seconds_are_no_change() {
-        use crate::inventory::difference::{differences, without_counters};
-        let at = |busy: Option<u64>| {
-            let mut info = bare("A");
-            info.busy = busy.map(|milliseconds| Busy {
-                callback: "on_execute".to_owned(),
-                milliseconds,
-            });
-            let mut inventory = merge("local", Vec::new());
-            inventory.managers.push(ManagerObserved {
-                key: ManagerKey {
-                    system: None,
-                    name: "main".to_owned(),
-                },
-                incarnation: "i".to_owned(),
-                pid: 1,
-                started: String::new(),
-                responsive: true,
-                expired: None,
-                modules: Default::default(),
-                components: vec![component(info, None, &Received::new())],
-            });
-            inventory
-        };
-        let (well, begun, later) = (at(None), at(Some(1_200)), at(Some(11_900)));
-        let hangs = |i: &Inventory| i.managers[0].components[0].hangs.clone();
-        assert_eq!(hangs(&well), None);
-        assert_eq!(
-            hangs(&later).as_deref(),
-            Some("has been in on_execute for 11 s")
-        );
-        assert_eq!(without_counters(&begun), without_counters(&later));
-        assert_ne!(without_counters(&begun), without_counters(&well));
-        let events = differences(&well, &begun);
-        assert_eq!(events.len(), 1);
-        assert_eq!(
-            (events[0].kind.as_str(), events[0].reason.as_str()),
-            ("Warning", "ComponentHangs")
-        );
-        assert_eq!(differences(&begun, &later), []);
     }
 }

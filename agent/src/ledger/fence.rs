@@ -1,6 +1,6 @@
 //! The fence: which write is newer than what the ledger holds, which is of the past, and which comes from a stranger.
 
-use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope};
 use rts_http::problem::Problem;
 use rts_plan::place::digest;
 
@@ -70,14 +70,29 @@ pub(super) fn judge(
     let Some(held) = held else {
         return Ok(Verdict::Newer);
     };
-    if held.cluster_uid != offered.cluster_uid {
-        return if held.spec.systems.is_empty() {
-            Ok(Verdict::Newer)
-        } else {
-            Err(foreign(node, held, offered))
-        };
+    if held.cluster_uid == offered.cluster_uid {
+        return fence(node, held, offered);
     }
-    fence(node, held, offered)
+    let free = match &offered.take_over {
+        Some(meant) => *meant == ledger_fence(held),
+        // Nobody misses an empty one.
+        None => held.spec.systems.is_empty(),
+    };
+    if free {
+        Ok(Verdict::Newer)
+    } else {
+        Err(foreign(node, held, offered))
+    }
+}
+
+/// What a ledger holds, in the words of a greeting.
+pub(crate) fn ledger_fence(held: &NodeSpecEnvelope) -> LedgerFence {
+    LedgerFence {
+        cluster_uid: held.cluster_uid.clone(),
+        epoch: held.epoch,
+        generation: held.generation,
+        digest: held.digest.clone(),
+    }
 }
 
 fn fence(
@@ -122,13 +137,19 @@ fn foreign(node: &str, held: &NodeSpecEnvelope, offered: &NodeSpecEnvelope) -> P
         .iter()
         .map(|s| s.system.name.as_str())
         .collect();
+    let runs = match systems.is_empty() {
+        true => "nothing".to_owned(),
+        false => systems.join(", "),
+    };
+    let stale = match offered.take_over {
+        Some(_) => "its ledger is another than the one to be taken over: look again; ",
+        None => "",
+    };
     Problem::conflict(
         "foreign-cluster",
         format!(
-            "node {node} belongs to cluster {} and runs {}; cluster {} may not change it",
-            held.cluster_uid,
-            systems.join(", "),
-            offered.cluster_uid
+            "node {node} belongs to cluster {}, which runs {runs} there; cluster {} may not change it: {stale}`rtsctl controller adopt {node}` takes the node over and keeps everything running, `rtsctl controller take-over {node}` replaces what runs there",
+            held.cluster_uid, offered.cluster_uid
         ),
     )
 }

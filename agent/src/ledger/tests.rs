@@ -2,6 +2,7 @@
 
 use super::fence::{Verdict, judge};
 use super::*;
+use rts_agent_api::messages::LedgerFence;
 use rts_plan::desired::{NodeSpec, NodeSystem, SystemRef};
 use std::sync::Arc;
 
@@ -63,6 +64,56 @@ fn the_past_and_strangers_are_refused_each_with_its_own_code() {
 }
 
 #[test]
+fn another_store_takes_over_only_the_very_ledger_that_it_names() {
+    let held = envelope("a", 2, 7, &["hello"]);
+    let judged = |change: fn(&mut LedgerFence), systems: &[&str]| {
+        let mut meant = ledger_fence(&held);
+        change(&mut meant);
+        let mut offered = envelope("b", 1, 1, systems);
+        offered.take_over = Some(meant);
+        judge("local", Some(&held), &offered).map_err(|problem| (problem.status, problem.code))
+    };
+    let foreign = Err((409, "foreign-cluster".to_owned()));
+    for systems in [&["hello"][..], &[]] {
+        assert_eq!(judged(|_| {}, systems), Ok(Verdict::Newer));
+        for change in [
+            (|f: &mut LedgerFence| f.cluster_uid = "b".to_owned()) as fn(&mut LedgerFence),
+            |f| f.epoch = 3,
+            |f| f.generation = 6,
+            |f| f.digest.replace_range(..1, "x"),
+        ] {
+            assert_eq!(judged(change, systems), foreign);
+        }
+    }
+    // Who is of the same store has no ledger to take over: the past stays the past.
+    let mut past = envelope("a", 2, 6, &["hello"]);
+    past.take_over = Some(ledger_fence(&held));
+    assert_eq!(code(&held, &past), (409, "stale-generation".into()));
+    // One that is empty by now is not the one that was meant.
+    let empty = envelope("a", 2, 8, &[]);
+    let mut late = envelope("b", 1, 1, &["hello"]);
+    late.take_over = Some(ledger_fence(&held));
+    assert_eq!(code(&empty, &late), (409, "foreign-cluster".into()));
+    let mut wrong = envelope("b", 1, 1, &["hello"]);
+    wrong.take_over = Some(ledger_fence(&held));
+    wrong.digest.replace_range(..1, "x");
+    assert_eq!(code(&held, &wrong), (422, "digest-mismatch".into()));
+}
+
+#[test]
+fn a_refusal_says_how_to_take_over() {
+    let held = envelope("a", 2, 7, &["hello", "arm"]);
+    let text = |take_over| {
+        let mut offered = envelope("b", 1, 1, &["hello"]);
+        offered.take_over = take_over;
+        judge("local", Some(&held), &offered).unwrap_err().detail
+    };
+    insta::assert_snapshot!(text(None), @"node local belongs to cluster a, which runs hello, arm there; cluster b may not change it: `rtsctl controller adopt local` takes the node over and keeps everything running, `rtsctl controller take-over local` replaces what runs there");
+    let stale = ledger_fence(&envelope("a", 2, 6, &["hello"]));
+    insta::assert_snapshot!(text(Some(stale)), @"node local belongs to cluster a, which runs hello, arm there; cluster b may not change it: its ledger is another than the one to be taken over: look again; `rtsctl controller adopt local` takes the node over and keeps everything running, `rtsctl controller take-over local` replaces what runs there");
+}
+
+#[test]
 fn what_is_newer_or_the_same_is_accepted() {
     let held = envelope("a", 2, 7, &["hello"]);
     let judged = |offered| judge("local", Some(&held), &offered).unwrap();
@@ -106,6 +157,18 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
 
     let again = Ledger::load("local", store.clone()).unwrap();
     assert_eq!(again.held(), Some(&first));
+
+    let mut taken = envelope("b", 4, 2, &["hello"]);
+    taken.take_over = Some(ledger_fence(&first));
+    let mut ledger = again;
+    assert!(ledger.put(taken.clone()).await.unwrap().changed);
+    // Told again, since the answer was lost: it is so already.
+    assert!(!ledger.put(taken.clone()).await.unwrap().changed);
+    let again = Ledger::load("local", store.clone()).unwrap();
+    let kept = again.held().unwrap();
+    assert_eq!(ledger_fence(kept), ledger_fence(&taken));
+    assert_eq!(kept.take_over, None);
+    assert!(ledger.put(envelope("a", 9, 9, &[])).await.is_err());
 
     let path = folder.path().join(FILE);
     let text = std::fs::read_to_string(&path).unwrap();

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::cgroup::Cgroup;
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rustix::process::Signal;
@@ -19,7 +20,7 @@ use crate::events::{lock, of_manager};
 use crate::folders::{folder_id, is_folder_id};
 use crate::launch::Exit;
 use crate::pidfd::PidFd;
-use crate::process::signal_group;
+use crate::process::{Family, signal_group};
 
 /// Pause between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -92,21 +93,36 @@ pub(super) enum Settled {
 /// [`super::Managers::folders`] locked.
 pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Settled> {
     let path = folder.to_owned();
-    let tenant = spawn_blocking(move || {
-        let tenant = look(&path)?;
-        if let Tenant::Gone(file) = &tenant {
-            bury(&path, file.as_ref())?;
-        }
-        io::Result::Ok(tenant)
-    });
+    let (cgroups, name) = (agent.folders.cgroups.clone(), agent.folders.cgroup(folder));
+    let tenant = spawn_blocking(move || look(&path));
     match tenant.await.map_err(io::Error::other)?? {
-        Tenant::None | Tenant::Gone(_) => Ok(Settled::Free),
+        Tenant::None => Ok(Settled::Free),
+        Tenant::Gone(file) => {
+            if let Some(file) = &file {
+                // While its folder tells of it.
+                agent.manager_died_unseen(file).await;
+            }
+            let path = folder.to_owned();
+            let buried = spawn_blocking(move || bury(&path, file.as_ref(), &cgroups, &name));
+            buried.await.map_err(io::Error::other)??;
+            Ok(Settled::Free)
+        }
         Tenant::Nameless => Ok(Settled::Held),
-        Tenant::Lives(file) => adopt(agent, folder, file).map(Settled::Adopted),
+        Tenant::Lives(file) => {
+            let pid = file.pid;
+            let cgroup = spawn_blocking(move || cgroups.holding(&name, pid));
+            let cgroup = cgroup.await.map_err(io::Error::other)?;
+            adopt(agent, folder, file, cgroup).map(Settled::Adopted)
+        }
     }
 }
 
-fn adopt(agent: &Arc<Agent>, folder: &Path, file: ManagerFile) -> io::Result<Arc<Manager>> {
+fn adopt(
+    agent: &Arc<Agent>,
+    folder: &Path,
+    file: ManagerFile,
+    cgroup: Option<Cgroup>,
+) -> io::Result<Arc<Manager>> {
     let key = ManagerKey {
         system: file.system.as_ref().map(|s| SystemRef {
             name: s.name.clone(),
@@ -127,7 +143,7 @@ fn adopt(agent: &Arc<Agent>, folder: &Path, file: ManagerFile) -> io::Result<Arc
     let identity = Identity {
         key: key.clone(),
         incarnation: file.incarnation,
-        pid,
+        family: Family { pid, cgroup },
         folder: folder.to_owned(),
     };
     let manager = Manager::new(agent, identity, None);

@@ -17,8 +17,9 @@ use super::{GROUP_END, Identity, Manager, remove_folder};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::launch::{Exit, LaunchError, Launched, Start};
-use crate::process::{kill_group, signal_group};
+use crate::process::{Family, remove};
 use crate::{log_mark, log_tail};
+use rts_host::cgroup::Cgroup;
 use rts_host::files::private_folder;
 
 /// How long a manager may take to say Hello.
@@ -60,6 +61,9 @@ pub(crate) enum StartManagerError {
         /// Display name.
         manager: String,
     },
+    /// It cannot be spoken to.
+    #[error(transparent)]
+    Link(#[from] crate::manager_link::LinkError),
     /// It ended before it was ready.
     #[error(
         "manager {manager} ended before it was ready ({exit}){}",
@@ -176,9 +180,7 @@ impl Agent {
             let _ = timeout(HELLO, manager.link.ready()).await;
             return Ok(manager);
         }
-        mark_log(&start).await;
-        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
-        let started = self.launch(&start, log_start).await;
+        let started = self.start(&start).await;
         if started.is_err() {
             remove_folder(start.folder).await;
         }
@@ -215,16 +217,38 @@ impl Agent {
         }
     }
 
-    async fn launch(
+    async fn start(self: &Arc<Self>, start: &Start) -> Result<Arc<Manager>, StartManagerError> {
+        let cgroup = self.make_cgroup(start).await?;
+        mark_log(start).await;
+        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
+        let launched = match self.launcher.launch(start) {
+            Ok(launched) => launched,
+            Err(e) => {
+                if let Some(cgroup) = cgroup {
+                    // It cannot panic.
+                    let _ = spawn_blocking(move || remove(&cgroup)).await;
+                }
+                return Err(e.into());
+            }
+        };
+        let cgroup = self.enter(cgroup, launched.pid).await;
+        self.greet(start, launched, cgroup, log_start).await
+    }
+
+    /// Waits for the Hello of a manager that was launched; ends it when that does not come.
+    async fn greet(
         self: &Arc<Self>,
         start: &Start,
+        launched: Launched,
+        cgroup: Option<Cgroup>,
         log_start: u64,
     ) -> Result<Arc<Manager>, StartManagerError> {
         let Launched {
             pid,
             control,
             mut exit,
-        } = self.launcher.launch(start)?;
+        } = launched;
+        let family = Family { pid, cgroup };
         let manager = start.key.display_name();
         let log = || log_end(start.log.clone(), log_start);
         let control = control
@@ -233,7 +257,7 @@ impl Agent {
         let control = match control {
             Ok(control) => control,
             Err(e) => {
-                signal_group(pid, rustix::process::Signal::KILL);
+                family.end(GROUP_END).await;
                 exit.await;
                 let reason = e.to_string();
                 return Err(StartManagerError::Internal { manager, reason });
@@ -242,7 +266,7 @@ impl Agent {
         let identity = Identity {
             key: start.key.clone(),
             incarnation: start.incarnation.clone(),
-            pid,
+            family: family.clone(),
             folder: start.folder.clone(),
         };
         let started = Manager::new(self, identity, Some(control));
@@ -253,10 +277,14 @@ impl Agent {
             }
         };
         match timeout(HELLO, ready).await {
-            Ok(Ok(hello)) => {
-                if let Some(hello) = hello {
-                    let _ = started.started.set(hello.started);
-                }
+            Ok(Ok(Err(refused))) => {
+                family.end(GROUP_END).await;
+                // Reaps it; killed as it is, this cannot take long.
+                let _ = timeout(GROUP_END, exit).await;
+                Err(refused.into())
+            }
+            Ok(Ok(Ok(hello))) => {
+                let _ = started.started.set(hello.started);
                 let message = format!("process {pid} started");
                 self.events
                     .push(of_manager("Normal", "ManagerStarted", &start.key, message));
@@ -264,12 +292,12 @@ impl Agent {
                 Ok(started)
             }
             Ok(Err(exit)) => {
-                kill_group(pid, GROUP_END).await;
+                family.end(GROUP_END).await;
                 let log = log().await;
                 Err(StartManagerError::Ended { manager, exit, log })
             }
             Err(_) => {
-                kill_group(pid, GROUP_END).await;
+                family.end(GROUP_END).await;
                 // Reaps it; killed as it is, this cannot take long.
                 let _ = timeout(GROUP_END, exit).await;
                 let log = log().await;

@@ -1,4 +1,4 @@
-//! Stopping a manager: ask, then SIGTERM, then SIGKILL, each for the whole process group in the end.
+//! Stopping a manager: ask, then SIGTERM, then SIGKILL, the last two for all that it started.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,7 +10,6 @@ use tokio::time::timeout;
 
 use super::Manager;
 use crate::events::lock;
-use crate::process::signal_group;
 
 /// For the orderly end.
 const ASK: Duration = Duration::from_secs(5);
@@ -34,7 +33,7 @@ pub(crate) struct StopError {
 }
 
 impl Manager {
-    /// Stops it and waits until the process and its group are gone. Goes on when the caller gives up.
+    /// Stops it and waits until the process and all that it started are gone. Goes on when the caller gives up.
     pub async fn stop(self: &Arc<Self>) -> Result<(), StopError> {
         self.stopping.store(true, Ordering::Relaxed);
         let manager = self.clone();
@@ -65,13 +64,13 @@ impl Manager {
             }
             Err(e) => tracing::info!(manager = self.key.display_name(), "no orderly end: {e}"),
         }
-        signal_group(self.pid, Signal::TERM);
+        self.family.signal(Signal::TERM).await;
         // A stopped process sees no SIGTERM before it goes on.
-        signal_group(self.pid, Signal::CONT);
+        self.family.signal(Signal::CONT).await;
         if self.gone_within(TERM).await {
             return true;
         }
-        signal_group(self.pid, Signal::KILL);
+        self.family.signal(Signal::KILL).await;
         self.gone_within(KILL).await
     }
 

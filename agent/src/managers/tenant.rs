@@ -5,13 +5,13 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use rts_host::identity::{Identity, boot_id, start_ticks};
-use rts_host::process::{Process, group_lives};
+use rts_host::cgroup::{Cgroup, Cgroups};
+use rts_host::identity::Identity;
+use rts_host::process::{Process, end_group_of, group_of_lives};
 use rts_manager_api::files::{LOCK, MANAGER_JSON, ManagerFile};
 use rustix::fs::FlockOperation;
-use rustix::process::Signal;
 
-use crate::process::signal_group;
+use super::GROUP_END;
 
 /// How long a manager may take from its folder to its description.
 pub(super) const DESCRIBE: Duration = Duration::from_secs(2);
@@ -49,13 +49,16 @@ pub(super) fn look(folder: &Path) -> io::Result<Tenant> {
 }
 
 fn lives(file: &ManagerFile) -> bool {
-    let identity = Identity {
+    Process::identified(&identity(file)).is_some()
+}
+
+fn identity(file: &ManagerFile) -> Identity {
+    Identity {
         pid: file.pid,
         start_ticks: file.start_ticks,
         boot_id: file.boot_id.clone(),
         version: String::new(),
-    };
-    Process::identified(&identity).is_some()
+    }
 }
 
 fn is_young(made: SystemTime) -> bool {
@@ -88,20 +91,56 @@ fn is_locked(folder: &Path) -> io::Result<bool> {
     }
 }
 
-/// Removes the folder of a manager that is gone, and kills what is left of its process group: a child that it forked
-/// may even hold its lock.
-pub(super) fn bury(folder: &Path, file: Option<&ManagerFile>) -> io::Result<()> {
-    if let Some(file) = file
-        && boot_id().is_some_and(|boot| boot == file.boot_id)
-        // While the group has members, its number is given to no new process.
-        && start_ticks(file.pid).is_none_or(|ticks| ticks == file.start_ticks)
-        && group_lives(file.pid)
-    {
-        tracing::warn!(
-            pid = file.pid,
-            "killing what is left of a dead manager's group"
-        );
-        signal_group(file.pid, Signal::KILL);
+/// Removes the folder of a manager that is gone, after it has killed what is left of its process group and its control
+/// group: a child that it forked may even hold its lock. A folder from before the machine was booted names nobody.
+pub(super) fn bury(
+    folder: &Path,
+    file: Option<&ManagerFile>,
+    cgroups: &Cgroups,
+    cgroup: &str,
+) -> io::Result<()> {
+    if let Some(file) = file {
+        bury_group(file)?;
+    }
+    for left in cgroups.find() {
+        if left.name() == cgroup {
+            bury_cgroup(&left)?;
+        }
     }
     fs::remove_dir_all(folder)
+}
+
+fn bury_group(file: &ManagerFile) -> io::Result<()> {
+    let leader = identity(file);
+    if !group_of_lives(&leader) {
+        return Ok(());
+    }
+    let pid = file.pid;
+    tracing::warn!(pid, "killing what is left of a dead manager's group");
+    if end_group_of(&leader, GROUP_END) {
+        Ok(())
+    } else {
+        Err(stubborn(pid))
+    }
+}
+
+/// Kills what a dead manager left in its control group, and removes that.
+pub(super) fn bury_cgroup(cgroup: &Cgroup) -> io::Result<()> {
+    if let Some(process) = cgroup.processes().first() {
+        tracing::warn!(
+            pid = process.pid(),
+            "killing what a dead manager started: {}",
+            cgroup.path().display()
+        );
+    }
+    if !cgroup.kill_within(GROUP_END) {
+        return Err(stubborn(cgroup.path().display()));
+    }
+    cgroup.remove()
+}
+
+fn stubborn(whose: impl std::fmt::Display) -> io::Error {
+    io::Error::other(format!(
+        "what a dead manager started does not die ({whose}); look at it with `ps`"
+    ))
 }

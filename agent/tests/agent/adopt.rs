@@ -115,6 +115,38 @@ async fn a_child_that_holds_the_lock_of_a_dead_manager_is_killed_with_its_group(
     assert_eq!(outcomes, [(1, "ok".to_owned())]);
 }
 
+#[tokio::test]
+async fn run_folders_of_another_boot_are_removed_and_their_numbers_mean_nobody() {
+    let mut node = Node::start().await;
+    node.accept(1).await;
+    start_main(&node, "up").await;
+    let folder = only_folder(&node);
+    let mut file = node.managers().remove(0);
+    kill(file.pid, rustix::process::Signal::KILL);
+    node.until(|i| i.managers.is_empty()).await;
+    node.stop().await;
+
+    // Since the machine was booted, somebody else has the number, and even the same start time.
+    let mut other = std::process::Command::new("sleep");
+    std::os::unix::process::CommandExt::process_group(&mut other, 0);
+    let mut other = other.arg("1000").spawn().unwrap();
+    file.pid = other.id();
+    file.start_ticks = rts_host::identity::start_ticks(file.pid).unwrap();
+    file.boot_id = "0c4a1d3e-0000-4000-8000-00000000dead".to_owned();
+    std::fs::create_dir(&folder).unwrap();
+    describe(&folder, &file);
+    std::fs::write(folder.join(LOCK), "").unwrap();
+
+    node.start_again().await;
+    assert!(!folder.exists());
+    assert_eq!(node.agent.inventory().await.unwrap().managers, []);
+    let outcomes = start_main(&node, "again").await;
+    assert_eq!(outcomes, [(1, "ok".to_owned())]);
+    assert!(other.try_wait().unwrap().is_none(), "it was signalled");
+    other.kill().unwrap();
+    other.wait().unwrap();
+}
+
 fn describe(folder: &std::path::Path, file: &ManagerFile) {
     let text = serde_json::to_vec(file).unwrap();
     std::fs::write(folder.join(MANAGER_JSON), text).unwrap();

@@ -276,3 +276,34 @@ async fn the_batch_of_another_cluster_or_epoch_is_refused_and_a_new_epoch_cancel
     assert!(outcomes[0].1.contains("was replaced"), "{outcomes:?}");
     assert_eq!(node.managers(), []);
 }
+
+#[tokio::test]
+async fn a_batch_that_comes_twice_runs_once_and_one_that_comes_late_not_at_all() {
+    let node = Node::start().await;
+    node.accept(1).await;
+    let up = hello_batch("up", 1);
+    let (one, other) = tokio::join!(node.outcomes(&up), node.outcomes(&up));
+    assert!(one.iter().all(|(_, o)| o == "ok"), "{one:?}");
+    assert_eq!(one, other);
+    let counts = |i: &rts_plan::observed::Inventory| -> Vec<String> {
+        i.managers.iter().map(|m| m.incarnation.clone()).collect()
+    };
+    let before = node.agent.inventory().await.unwrap();
+    assert_eq!(node.outcomes(&up).await, one);
+    assert_eq!(
+        counts(&node.agent.inventory().await.unwrap()),
+        counts(&before)
+    );
+
+    // Sent before the newer spec, and overtaken by it.
+    let late = batch("late", 1, vec![start_manager(1, "late")]);
+    node.accept(2).await;
+    let refused = problem(node.agent.run_batch(&late).await.map(|_| ()));
+    assert_eq!(refused.code, "stale-generation");
+    // What was done under the older spec can still be read, and is not done again.
+    assert_eq!(node.outcomes(&up).await, one);
+    assert_eq!(
+        counts(&node.agent.inventory().await.unwrap()),
+        counts(&before)
+    );
+}

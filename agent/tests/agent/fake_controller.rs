@@ -12,6 +12,7 @@ use rts_agent_api::session::{
 };
 use rts_http::problem::Problem;
 use rts_http::server::{self, Json, ProblemResponse};
+use rts_plan::observed::Inventory;
 use tempfile::TempDir;
 use tokio::sync::{Mutex, mpsc, oneshot};
 use tokio::time::timeout;
@@ -86,7 +87,7 @@ impl FakeController {
         timeout(PATIENCE, greetings.recv()).await.unwrap().unwrap()
     }
 
-    async fn heartbeat(&self) -> Heartbeat {
+    pub async fn heartbeat(&self) -> Heartbeat {
         let mut heartbeats = self.heartbeats.lock().await;
         timeout(PATIENCE, heartbeats.recv()).await.unwrap().unwrap()
     }
@@ -98,6 +99,17 @@ impl FakeController {
             if let Some(event) = events.find(|e| e.reason == reason) {
                 return event;
             }
+        }
+    }
+
+    /// Goes the way of the deltas until the inventory is as wanted.
+    pub async fn follow(&self, inventory: &mut Inventory, wanted: impl Fn(&Inventory) -> bool) {
+        while !wanted(inventory) {
+            let heartbeat = self.heartbeat().await;
+            if let Some(delta) = heartbeat.delta {
+                assert!(inventory.advance(delta), "a delta from another revision");
+            }
+            assert_eq!(inventory.revision, heartbeat.inventory_revision);
         }
     }
 

@@ -11,14 +11,15 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    BindingInfo, ComponentInfo, ConnectorInfo, CreateRequest, Failure, FailureCode, FromManager,
-    Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request, RequestBody, Response,
-    ResponseBody, SystemId,
+    BindingInfo, Busy, ComponentInfo, ConnectorInfo, CreateRequest, Failure, FailureCode,
+    FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request, RequestBody,
+    Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_manager_api::frame;
 
-/// Writes a script that can be started as a manager program. `behaviour` is empty, `early` or `grandchild`.
+/// Writes a script that can be started as a manager program. `behaviour` is empty, `early`, `grandchild`, `old` or
+/// `future`.
 pub fn program(folder: &Path, behaviour: &str) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
     let path = folder.join("fake-manager");
@@ -56,6 +57,8 @@ struct Contents {
 
 struct Fake {
     hello: Hello,
+    /// Where it notes whom it activates.
+    notes: PathBuf,
     contents: Mutex<Contents>,
 }
 
@@ -73,7 +76,7 @@ fn serve(args: &str) {
     let lock = File::create(dir.join(LOCK)).unwrap();
     rustix::fs::flock(&lock, rustix::fs::FlockOperation::LockExclusive).unwrap();
     let hello = Hello {
-        version: PROTOCOL_VERSION,
+        version: version(),
         system,
         name: option("--name").unwrap(),
         incarnation: option("--incarnation").unwrap(),
@@ -84,6 +87,7 @@ fn serve(args: &str) {
     let listener = UnixListener::bind(dir.join(CONTROL_SOCKET)).unwrap();
     let fake = Arc::new(Fake {
         hello,
+        notes: dir.ancestors().nth(3).unwrap().join("activated"),
         contents: Mutex::default(),
     });
     let stdin = std::io::stdin().as_fd().try_clone_to_owned().unwrap();
@@ -92,6 +96,15 @@ fn serve(args: &str) {
     for stream in listener.incoming().flatten() {
         let fake = fake.clone();
         std::thread::spawn(move || fake.converse(stream));
+    }
+}
+
+/// What it speaks.
+fn version() -> u32 {
+    match std::env::var("RTS_FAKE_BEHAVIOUR").as_deref() {
+        Ok("old") => 1,
+        Ok("future") => 9,
+        _ => PROTOCOL_VERSION,
     }
 }
 
@@ -143,6 +156,9 @@ impl Fake {
     }
 
     fn answer(&self, body: RequestBody) -> Result<ResponseBody, Failure> {
+        if self.hello.version == 1 && body != body.clone().for_version(1) {
+            return refused(FailureCode::Invalid, "a field that version 1 does not have");
+        }
         let mut contents = self.contents.lock().unwrap();
         let Contents {
             modules,
@@ -237,11 +253,25 @@ impl Fake {
                     component.connectors.retain(|c| c.name != connector);
                 }
             }
-            RequestBody::Configure { instance, sets, .. } => match components.get_mut(&instance) {
-                Some(component) => component.sets.extend(sets),
+            RequestBody::Configure {
+                instance,
+                sets,
+                on_disconnect,
+                ..
+            } => match components.get_mut(&instance) {
+                Some(component) => {
+                    component.sets.extend(sets);
+                    component.busy = busy(component);
+                    if on_disconnect.is_some() {
+                        component.on_disconnect = on_disconnect;
+                    }
+                }
                 None => return refused(FailureCode::NotFound, "no such component"),
             },
-            RequestBody::Activate { instance } => return turn(components, &instance, "Active"),
+            RequestBody::Activate { instance } => {
+                note(&self.notes, &instance);
+                return turn(components, &instance, "Active");
+            }
             RequestBody::Deactivate { instance } | RequestBody::Reset { instance } => {
                 return turn(components, &instance, "Inactive");
             }
@@ -275,6 +305,21 @@ fn turn(
         }
         None => refused(FailureCode::NotFound, "no such component"),
     }
+}
+
+fn note(notes: &Path, instance: &str) {
+    let file = File::options().append(true).create(true).open(notes);
+    writeln!(file.unwrap(), "{instance}").unwrap();
+}
+
+/// What its parameter `busy` pretends: `on_execute 11900`.
+fn busy(component: &ComponentInfo) -> Option<Busy> {
+    let mut values = component.sets.values();
+    let (callback, milliseconds) = values.find_map(|set| set.get("busy"))?.split_once(' ')?;
+    Some(Busy {
+        callback: callback.to_owned(),
+        milliseconds: milliseconds.parse().unwrap(),
+    })
 }
 
 fn component(request: CreateRequest) -> ComponentInfo {

@@ -6,9 +6,10 @@ use rts_agent_api::AgentApi;
 use rts_agent_api::messages::NodeSpecEnvelope;
 use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState, ManagerObserved};
 use rts_plan::place::digest;
-use rts_schemas::system::RestartPolicy;
+use rts_schemas::system::{Condition, OnHang, RestartPolicy};
 use rustix::process::Signal;
 
+use crate::agent_process::{AgentProcess, serving};
 use crate::fake_controller::FakeController;
 use crate::real_manager;
 use crate::setup::{Node, component, hello_spec, kill, lives};
@@ -147,4 +148,102 @@ async fn what_is_never_to_be_started_again_stays_down() {
     tokio::time::sleep(Duration::from_secs(1)).await;
     let later = node.agent.inventory().await.unwrap();
     assert_eq!(process(&later, "Printer0"), None, "{later:#?}");
+}
+
+/// Sine0, then Printer0, then Filter0: neither their data flow nor their names would say so.
+fn ordered() -> NodeSpecEnvelope {
+    let mut spec = hello_spec(1);
+    let names = (1..).zip(["Sine0", "Printer0", "Filter0"]);
+    spec.spec.systems[0].orders.activation = names
+        .map(|(sequence, name)| Condition {
+            target: name.to_owned(),
+            sequence,
+            wait: None,
+        })
+        .collect();
+    spec.digest = digest(&spec.spec);
+    spec
+}
+
+#[tokio::test]
+async fn after_a_power_cut_everything_is_activated_in_its_order() {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    let activated = node.home.path().join("activated");
+    node.agent.put_node_spec(&ordered()).await.unwrap();
+    for _ in 0..2 {
+        node.until(is_up).await;
+        let order = std::fs::read_to_string(&activated).unwrap();
+        assert_eq!(order, "Sine0\nPrinter0\nFilter0\n");
+        std::fs::remove_file(&activated).unwrap();
+        reboot(&mut node).await;
+    }
+}
+
+#[tokio::test]
+async fn an_agent_that_was_killed_heals_what_died_meanwhile_and_touches_nothing_else() {
+    let mut agent = AgentProcess::start("off", &serving("")).await;
+    let home = agent.node.home.path();
+    for module in ["sine", "filter", "printer"] {
+        std::fs::write(home.join(format!("lib{module}.so")), "").unwrap();
+    }
+    // Its agent heals from now on.
+    std::fs::write(home.join("heals"), "").unwrap();
+    agent.kill();
+    agent.start_again().await;
+    agent.node.agent.put_node_spec(&ordered()).await.unwrap();
+    let up = agent.node.until(is_up).await;
+    // What lives where is written a moment later.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    agent.kill();
+    let main = up.managers.iter().find(|m| m.key.name == "main").unwrap();
+    kill(main.pid, Signal::KILL);
+    while lives(main.pid) {
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    agent.start_again().await;
+    let again = agent.node.until(is_up).await;
+    let printer = |i: &Inventory| component(i, "Printer0").incarnation.clone();
+    assert_eq!(printer(&again), printer(&up));
+    assert_eq!(component(&again, "Sine0").restarts, 1);
+    assert_eq!(component(&again, "Printer0").restarts, 0);
+}
+
+#[tokio::test]
+async fn what_hangs_is_replaced_without_a_controller_and_not_for_ever() {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    let mut spec = hello_spec(1);
+    for placed in spec.spec.systems.iter_mut().flat_map(|s| &mut s.components) {
+        if placed.spec.instance == "Sine0" {
+            placed.spec.policy.on_hang = OnHang::Restart;
+            placed.spec.policy.liveness_timeout_ms = Some(1000);
+            placed.spec.policy.restart_limit = Some(1);
+        }
+    }
+    spec.digest = digest(&spec.spec);
+    node.agent.put_node_spec(&spec).await.unwrap();
+    let up = node.until(is_up).await;
+    let process = |i: &Inventory| {
+        i.managers
+            .iter()
+            .find(|m| m.key.name == "main")
+            .map(|m| m.pid)
+    };
+    kill(process(&up).unwrap(), Signal::STOP);
+    let again = node.until(|i| is_up(i) && process(i) != process(&up)).await;
+    assert_eq!(component(&again, "Sine0").restarts, 1);
+    kill(process(&again).unwrap(), Signal::STOP);
+    let end = node
+        .until(|i| i.held.iter().any(|h| h.instance == "Sine0"))
+        .await;
+    assert!(
+        end.held[0].reason.contains("restartLimit 1"),
+        "{:?}",
+        end.held
+    );
 }

@@ -3,12 +3,18 @@
 #![allow(clippy::unwrap_used)]
 
 mod adopt;
+mod agent_process;
 mod batches;
 mod by_hand;
+mod cgroups;
 mod fake_controller;
 mod fake_manager;
 mod heal;
+mod leaks;
 mod life;
 mod node_spec;
+mod policies;
 mod real_manager;
+mod session;
 mod setup;
+mod versions;

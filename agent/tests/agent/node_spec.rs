@@ -4,6 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 
 use reqwest::Method;
 use rts_agent_api::AgentApi;
+use rts_agent_api::messages::LedgerFence;
 use rts_http::client::{Client, ClientError};
 
 use crate::setup::{Node, PATIENCE, envelope, hello_spec, problem, start_beside};
@@ -42,6 +43,51 @@ async fn a_node_spec_is_durable_and_its_refusals_have_codes() {
         put(|e| e.digest = "0".repeat(64)).await,
         code(422, "digest-mismatch")
     );
+}
+
+#[tokio::test]
+async fn the_ledger_can_be_read_and_taken_over_by_whoever_names_it() {
+    let node = Node::start().await;
+    assert_eq!(problem(node.agent.node_spec().await).status, 404);
+    node.hello().await;
+    let held = node.agent.node_spec().await.unwrap();
+    assert_eq!(held, hello_spec(1));
+    let before = node.agent.inventory().await.unwrap();
+
+    let mut offered = hello_spec(3);
+    offered.cluster_uid = "other".to_owned();
+    offered.epoch = 7;
+    let meant = LedgerFence {
+        cluster_uid: held.cluster_uid,
+        epoch: held.epoch,
+        generation: held.generation,
+        digest: held.digest,
+    };
+    offered.take_over = Some(LedgerFence {
+        generation: 2,
+        ..meant.clone()
+    });
+    let refused = problem(node.agent.put_node_spec(&offered).await);
+    assert_eq!(
+        (refused.status, refused.code.as_str()),
+        (409, "foreign-cluster")
+    );
+    assert!(
+        refused.detail.contains("rtsctl controller adopt local"),
+        "{}",
+        refused.detail
+    );
+    assert_eq!(node.agent.node_spec().await.unwrap(), hello_spec(1));
+    offered.take_over = Some(meant);
+    assert!(node.agent.put_node_spec(&offered).await.unwrap().changed);
+
+    offered.take_over = None;
+    assert_eq!(node.agent.node_spec().await.unwrap(), offered);
+    // Nothing was touched, and the one before has no say any more.
+    let after = node.agent.inventory().await.unwrap();
+    assert_eq!(after.revision, before.revision);
+    let late = problem(node.agent.put_node_spec(&hello_spec(9)).await);
+    assert_eq!(late.code, "foreign-cluster");
 }
 
 #[tokio::test]

@@ -10,6 +10,7 @@ use rts_agent::{Config, Running, StartError};
 use rts_agent_api::AgentApi;
 use rts_agent_api::client::HttpAgent;
 use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
+use rts_host::cgroup::{Cgroups, Choice};
 use rts_http::client::{Client, ClientError};
 use rts_http::problem::Problem;
 use rts_manager_api::files::{MANAGER_JSON, ManagerFile};
@@ -73,6 +74,17 @@ impl Node {
             config,
             agent: HttpAgent::new(http),
             running: Some(running),
+        }
+    }
+
+    /// A node whose agent is another process.
+    pub fn of_process(home: TempDir, config: Config) -> Self {
+        let http = Client::unix(config.home.join("run/local/agent.sock"), PATIENCE).unwrap();
+        Self {
+            home,
+            config,
+            agent: HttpAgent::new(http),
+            running: None,
         }
     }
 
@@ -149,6 +161,12 @@ impl Drop for Node {
         for manager in self.managers() {
             kill(manager.pid, rustix::process::Signal::KILL);
         }
+        let cgroups = Cgroups::of(self.home.path(), Choice::Auto);
+        for cgroup in cgroups.find() {
+            cgroup.kill_within(PATIENCE);
+            let _ = cgroup.remove();
+        }
+        cgroups.tidy();
     }
 }
 

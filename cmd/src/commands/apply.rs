@@ -8,7 +8,7 @@ use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
 use rts_controller_api::requests::ApplyResult;
 
-use super::{duration, or_interrupted};
+use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::{Follower, Verdict, judge};
@@ -66,7 +66,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         session.out.say(&format!("note: {note}"));
     }
     let wait = wait(result.system, start + args.timeout, &controller, session);
-    let (system, verdict) = or_interrupted(wait, session).await?;
+    let (system, verdict) = or_interrupted(wait, session, &goes_on(name)).await?;
     match verdict {
         Verdict::Converged(waiting) => converged(&system, &waiting, start.elapsed(), session),
         Verdict::Partly(waiting) => {
@@ -148,7 +148,7 @@ async fn wait(
     let name = from.metadata.name.clone();
     let generation = from.metadata.generation;
     let mut progress = Progress::start(session.out, &format!("system/{name}: applying"));
-    let mut follower = Follower::new(controller, &from).await;
+    let mut follower = Follower::new(controller, &from);
     let mut last = from;
     let mut unclear = None;
     let end = follower.until(deadline, |state| match state {

@@ -6,7 +6,7 @@ use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Event, Kind, List, Metadata};
 use serde::de::DeserializeOwned;
 
-use super::get::{KindName, singular};
+use super::get::{KindName, singular, there_are};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
@@ -30,14 +30,9 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let pages = describe::pages(kind, &name, &scene);
     if pages.is_empty() {
         let known = describe::names(kind, &scene);
-        let known = if known.is_empty() {
-            "none".to_owned()
-        } else {
-            known.join(", ")
-        };
         return Err(CliError::usage_help(
             format!("{}/{name} is not there", singular(kind)),
-            format!("there are: {known}"),
+            there_are(&known),
         ));
     }
     session.out.result(&pages.join("\n"))?;
@@ -55,14 +50,19 @@ fn settle(args: &Args) -> Result<(Kind, String), CliError> {
             ));
         }
     };
-    let kind = KindName::from_str(kind, true).map_err(|_| {
+    Ok((kind_of(kind)?, name.to_owned()))
+}
+
+/// A kind as people type it.
+pub fn kind_of(text: &str) -> Result<Kind, CliError> {
+    let kind = KindName::from_str(text, true).map_err(|_| {
         let kinds = Kind::ALL.map(singular).join(", ");
         CliError::usage_help(
-            format!("there is no kind {kind:?}"),
+            format!("there is no kind {text:?}"),
             format!("kinds: {kinds}"),
         )
     })?;
-    Ok((kind.0, name.to_owned()))
+    Ok(kind.0)
 }
 
 /// Everything that the pages draw from.

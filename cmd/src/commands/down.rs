@@ -34,6 +34,9 @@ pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         return Err(LocalError::SystemsRun { systems: news }.into());
     }
     let stopped = down::stop(home)?;
+    if let Some(force) = stopped.force() {
+        session.out.say(&format!("rtsctl: {force}"));
+    }
     if !stopped.left.is_empty() {
         session.out.say(&format!("rtsctl: {}", stopped.words()));
         return Err(LocalError::Left { left: stopped.left }.into());

@@ -1,5 +1,7 @@
 //! `rtsctl get`.
 
+mod watch;
+
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use jiff::Timestamp;
@@ -13,6 +15,8 @@ use crate::local::plural;
 use crate::session::Session;
 use crate::show::lists::{self, Look};
 
+pub use self::watch::watch;
+
 /// Show what there is: systems, nodes, components, connectors, managers or events
 ///
 /// With a name, only the objects of that name.
@@ -22,6 +26,12 @@ pub struct Args {
     kind: KindName,
     /// Name of one object
     name: Option<String>,
+    /// Print what there is, then a line for each change, until Ctrl-C; `-o json` gives JSON Lines of {type, object}
+    #[arg(short, long)]
+    watch: bool,
+    /// As --watch, without what there is
+    #[arg(long)]
+    watch_only: bool,
     /// How to print.
     #[command(flatten)]
     format: FormatArgs,
@@ -87,35 +97,82 @@ pub fn singular(kind: Kind) -> &'static str {
     kind.plural().trim_end_matches('s')
 }
 
+/// Which objects of a kind are meant.
+#[derive(Debug, Clone)]
+pub struct Selection<'a> {
+    /// Kind.
+    pub kind: Kind,
+    /// Only the object of this name, which must be there.
+    pub name: Option<&'a str>,
+    /// Only what belongs to this system.
+    pub system: Option<&'a str>,
+    /// Only events about this object (`component/Sine0`).
+    pub about: Option<&'a str>,
+}
+
+impl<'a> Selection<'a> {
+    /// All objects of a kind, or one.
+    pub fn of(kind: Kind, name: Option<&'a str>) -> Self {
+        Self {
+            kind,
+            name,
+            system: None,
+            about: None,
+        }
+    }
+
+    /// True for an object that is meant.
+    pub fn takes(&self, item: &Value) -> bool {
+        self.name.is_none_or(|name| name_of(item) == name)
+            && self
+                .system
+                .is_none_or(|name| item["spec"]["system"] == name)
+            && self
+                .about
+                .is_none_or(|object| item["spec"]["object"] == object)
+    }
+
+    /// True when the object that was named is not among these.
+    fn lacks<'v>(&self, mut items: impl Iterator<Item = &'v Value>) -> bool {
+        self.name.is_some() && !items.any(|item| self.takes(item))
+    }
+}
+
 /// Prints the objects.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
-    show(
-        &controller,
-        args.kind.0,
-        args.name.as_deref(),
-        &args.format,
-        session,
-    )
-    .await
+    let selection = Selection::of(args.kind.0, args.name.as_deref());
+    if args.watch || args.watch_only {
+        return watch(
+            &controller,
+            &selection,
+            args.watch_only,
+            &args.format,
+            session,
+        )
+        .await;
+    }
+    show(&controller, &selection, &args.format, session).await
 }
 
-/// Prints objects of a kind.
+/// Prints the objects as they are.
 pub async fn show(
     controller: &Controller,
-    kind: Kind,
-    name: Option<&str>,
+    selection: &Selection<'_>,
     format: &FormatArgs,
     session: &Session,
 ) -> Result<Exit, CliError> {
+    let kind = selection.kind;
     let list = controller.list::<Value>(kind).await;
-    let list = list.map_err(CliError::request(format!("list {}", kind.plural())))?;
-    let list = match name {
-        Some(name) => named(list, kind, name)?,
-        None => list,
-    };
+    let mut list = list.map_err(CliError::request(format!("list {}", kind.plural())))?;
+    if selection.lacks(list.items.iter()) {
+        return Err(not_there(selection, list.items.iter()));
+    }
+    list.items.retain(|item| selection.takes(item));
     match format.output {
-        Format::Json | Format::Yaml => print_data(&list, name.is_some(), format, session)?,
+        Format::Json | Format::Yaml => {
+            print_data(&list, selection.name.is_some(), format, session)?;
+        }
         Format::Name => {
             let line = |item: &Value| format!("{}/{}\n", singular(kind), name_of(item));
             let lines: String = list.items.iter().map(line).collect();
@@ -126,25 +183,29 @@ pub async fn show(
     Ok(Exit::Ok)
 }
 
-fn named(mut list: List<Value>, kind: Kind, name: &str) -> Result<List<Value>, CliError> {
-    let known: Vec<_> = list.items.iter().map(name_of).collect();
-    let help = format!(
-        "there are: {}",
-        if known.is_empty() {
-            "none".to_owned()
-        } else {
-            known.join(", ")
-        }
-    );
-    list.items.retain(|item| name_of(item) == name);
-    if list.items.is_empty() {
-        let message = format!("{}/{name} is not there", singular(kind));
-        return Err(CliError::usage_help(message, help));
-    }
-    Ok(list)
+/// The error for an object that is not there, with the names of those that are.
+fn not_there<'v>(selection: &Selection<'_>, items: impl Iterator<Item = &'v Value>) -> CliError {
+    let known: Vec<_> = items.map(name_of).collect();
+    let name = selection.name.unwrap_or_default();
+    CliError::usage_help(
+        format!("{}/{name} is not there", singular(selection.kind)),
+        there_are(&known),
+    )
 }
 
-fn name_of(item: &Value) -> String {
+/// `there are: A, B`.
+pub fn there_are(known: &[impl AsRef<str>]) -> String {
+    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
+    let known = if known.is_empty() {
+        "none".to_owned()
+    } else {
+        known.join(", ")
+    };
+    format!("there are: {known}")
+}
+
+/// `metadata.name` of an object.
+pub fn name_of(item: &Value) -> String {
     item["metadata"]["name"]
         .as_str()
         .unwrap_or_default()

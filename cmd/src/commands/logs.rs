@@ -1,72 +1,93 @@
 //! `rtsctl logs`.
 
-use rts_controller_api::client::Controller;
-use rts_controller_api::objects::{Component, Kind, Node};
+mod print;
+mod targets;
 
+use std::time::Duration;
+
+use jiff::Timestamp;
+use rts_agent_api::messages::LogQuery;
+
+use self::print::{Printer, print};
+use self::targets::find;
+use super::{duration, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
 
-/// Print the last lines of a component's log
+/// Print the logs of components
+///
+/// The lines of several components stand in the order of their times, each behind the name of its component.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Instance name of the component
-    instance: String,
-    /// Number of lines
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    tail: usize,
-    /// Node that it runs on [default: where it is found]
-    #[arg(long, value_name = "NODE")]
+    /// Instance names of components
+    #[arg(value_name = "NAME", required_unless_present = "system")]
+    names: Vec<String>,
+    /// Of all components of a system
+    #[arg(long, value_name = "NAME", conflicts_with = "names")]
+    system: Option<String>,
+    /// Stay until Ctrl-C, and print what is added; goes on where it was when a stream breaks
+    #[arg(short, long)]
+    follow: bool,
+    /// Of the incarnation before the newest: what a component said before it was made again
+    #[arg(short, long, conflicts_with = "follow")]
+    previous: bool,
+    /// Only lines from a time on: so long ago (`5m`), or a time of RFC 3339
+    #[arg(long, value_name = "TIME", value_parser = since)]
+    since: Option<Timestamp>,
+    /// Number of lines from the end, at most 10000 [default: 200; all with --since or --previous]
+    #[arg(long, value_name = "N")]
+    tail: Option<usize>,
+    /// Begin each line with the name of its component, also when there is but one
+    #[arg(long)]
+    prefix: bool,
+    /// Node that they run on [default: where they are found]
+    #[arg(short, long, value_name = "NODE")]
     node: Option<String>,
 }
 
 /// Prints the lines.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
-    let instance = &args.instance;
-    let node = match args.node {
-        Some(node) => node,
-        None => find(&controller, instance).await?,
+    let targets = find(&args, &controller).await?;
+    let query = LogQuery {
+        tail: args.tail,
+        follow: args.follow,
+        previous: args.previous,
+        since: args.since.map(|time| time.to_string()),
     };
-    let log = controller.log(&node, instance, args.tail).await;
-    let log = log.map_err(CliError::request(format!(
-        "read the log of component/{instance}"
-    )))?;
-    session.out.result(&log)?;
-    Ok(Exit::Ok)
+    let printer = Printer {
+        prefix: args.prefix || targets.len() > 1,
+        out: session.out,
+    };
+    let all = print(&controller, &targets, &query, &printer);
+    or_interrupted(all, session, "").await
 }
 
-/// The node of a component, or the only node: the log of one that is gone may still be there.
-async fn find(controller: &Controller, instance: &str) -> Result<String, CliError> {
-    let components = controller.list::<Component>(Kind::Component).await;
-    let components = components.map_err(CliError::request("list components"))?;
-    let mut places: Vec<_> = components
-        .items
-        .into_iter()
-        .filter(|c| c.metadata.name == instance)
-        .map(|c| c.status.node)
-        .collect();
-    places.sort();
-    places.dedup();
-    if places.is_empty() {
-        let nodes = controller.list::<Node>(Kind::Node).await;
-        let nodes = nodes.map_err(CliError::request("list nodes"))?;
-        places.extend(nodes.items.into_iter().map(|n| n.metadata.name));
-        if places.len() != 1 {
-            return Err(CliError::usage_help(
-                format!("component/{instance} is not there"),
-                "see `rtsctl get components`, or name its node with --node",
-            ));
-        }
+/// A time, or how long ago.
+fn since(text: &str) -> Result<Timestamp, String> {
+    if let Ok(time) = text.parse() {
+        return Ok(time);
     }
-    match places.as_slice() {
-        [node] => Ok(node.clone()),
-        _ => Err(CliError::usage_help(
-            format!(
-                "component/{instance} is on several nodes: {}",
-                places.join(", ")
-            ),
-            "name one with --node",
-        )),
+    let ago: Duration = duration(text)
+        .map_err(|_| "write how long ago (`5m`), or a time (`2026-01-31T12:00:00Z`)".to_owned())?;
+    Timestamp::now()
+        .checked_sub(ago)
+        .map_err(|_| "that is too long ago".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_told_or_how_long_ago_it_was() {
+        let noon = since("2026-01-31T12:00:00Z").unwrap();
+        assert_eq!(noon.to_string(), "2026-01-31T12:00:00Z");
+        let ago = Timestamp::now().duration_since(since("5m").unwrap());
+        assert!((299..330).contains(&ago.as_secs()), "{ago}");
+        for wrong in ["", "yesterday", "-5m", "9999999999h"] {
+            assert!(since(wrong).is_err(), "{wrong}");
+        }
     }
 }

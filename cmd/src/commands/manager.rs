@@ -6,7 +6,7 @@ mod place;
 use rts_agent_api::messages::{Factory, ModuleRequest};
 use rts_controller_api::objects::Kind;
 
-use super::get::{Format, FormatArgs, show};
+use super::get::{Format, FormatArgs, Selection, show};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
@@ -80,7 +80,13 @@ pub async fn run(command: Command, session: &Session) -> Result<Exit, CliError> 
     match command {
         Command::List(args) => {
             let controller = session.connect().await?;
-            show(&controller, Kind::Manager, None, &args.format, session).await
+            show(
+                &controller,
+                &Selection::of(Kind::Manager, None),
+                &args.format,
+                session,
+            )
+            .await
         }
         Command::Load(args) => load(args, session).await,
         Command::Unload(args) => unload(args, session).await,

@@ -2,6 +2,7 @@
 
 pub mod apply;
 pub mod completion;
+pub mod controller;
 pub mod describe;
 pub mod diff;
 pub mod docs;
@@ -16,9 +17,15 @@ pub mod up;
 pub mod version;
 
 use std::io::{BufRead, IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use signal_hook::consts::SIGINT;
+use signal_hook::flag;
+
 use crate::error::CliError;
+use crate::exit::Exit;
 use crate::session::Session;
 
 /// A time as people write it (`60s`, `2m30s`), more than nothing.
@@ -32,25 +39,36 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     Ok(duration)
 }
 
-/// Waits for something that the controller does, or for Ctrl-C: then says that the controller goes on and ends at once,
-/// since nothing is left to be stopped.
+/// Waits for something, or for Ctrl-C: then says `said` and ends. A second Ctrl-C ends the program at once, wherever it
+/// hangs: it may be writing to somebody who does not read.
 pub async fn or_interrupted<T>(
     wait: impl Future<Output = Result<T, CliError>>,
     session: &Session,
+    said: &str,
 ) -> Result<T, CliError> {
+    let again = Arc::new(AtomicBool::new(false));
+    let code = i32::from(Exit::Interrupted.code());
+    // In this order: the first Ctrl-C finds the flag down and puts it up. Without them only the second one is lost.
+    let _ = flag::register_conditional_shutdown(SIGINT, code, Arc::clone(&again))
+        .and_then(|_| flag::register(SIGINT, again));
     tokio::select! {
         biased;
         signal = tokio::signal::ctrl_c() => {
-            if signal.is_ok() {
-                session.out.stderr(
-                    "rtsctl: only the waiting ends, the controller goes on: see `rtsctl get systems`; \
-                     `rtsctl teardown NAME` stops a system, a second Ctrl-C does nothing more",
-                );
+            if signal.is_ok() && !said.is_empty() {
+                session.out.stderr(&format!("rtsctl: {said}"));
             }
             Err(CliError::Interrupted)
         }
         outcome = wait => outcome,
     }
+}
+
+/// What is said when the waiting for a system ends before the controller does.
+pub fn goes_on(system: &str) -> String {
+    format!(
+        "only the waiting ends, the controller goes on with system/{system}: see `rtsctl describe system/{system}` or \
+         `rtsctl get systems -w`; `rtsctl teardown {system}` stops it"
+    )
 }
 
 /// A person can be asked.

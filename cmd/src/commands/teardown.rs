@@ -7,7 +7,7 @@ use rts_controller_api::client::Controller;
 use rts_controller_api::objects::System;
 
 use super::apply::list_unfinished;
-use super::{ask, can_ask, duration, or_interrupted};
+use super::{ask, can_ask, duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::Follower;
@@ -15,7 +15,12 @@ use crate::local::plural;
 use crate::session::Session;
 use crate::show::progress::Progress;
 
+/// How long a node must have been out of reach before it is no longer waited for.
+const OUT_OF_REACH: Duration = Duration::from_secs(3);
+
 /// Take a system down, and wait until everything has really stopped
+///
+/// A node that cannot be reached is named, and the exit code is 5: the controller takes its part down when it comes back.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Name of the system
@@ -23,6 +28,9 @@ pub struct Args {
     /// Do not ask
     #[arg(short, long)]
     yes: bool,
+    /// Do not wait for an Unknown node that will not come back; if it does, its part is stopped. Can be repeated
+    #[arg(long, value_name = "NODE")]
+    forget_node: Vec<String>,
     /// How long to wait; the controller goes on after that
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
     timeout: Duration,
@@ -39,15 +47,25 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         confirm(name, &components)?;
     }
     let start = Instant::now();
-    let deleted = controller.delete(name).await;
+    let deleted = controller.delete_but(name, &args.forget_node).await;
     let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
     let wait = wait(deleted, start + args.timeout, &controller, session);
-    match or_interrupted(wait, session).await? {
+    match or_interrupted(wait, session, &goes_on(name)).await? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
-            let text = format!("system/{name} is gone: {components} stopped ({seconds:.2} s)");
+            let text = match args.forget_node.as_slice() {
+                [] => format!("system/{name} is gone: {components} stopped ({seconds:.2} s)"),
+                nodes => {
+                    let nodes = nodes.join(", ");
+                    format!("system/{name} is gone; what it has on {nodes} was not waited for")
+                }
+            };
             session.out.result(&text)?;
             Ok(Exit::Ok)
+        }
+        Some(system) if !system.status.tombstones.is_empty() => {
+            out_of_reach(name, &system.status.tombstones, session);
+            Ok(Exit::Partly)
         }
         Some(system) => {
             list_unfinished(&system, session);
@@ -57,6 +75,16 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
                 seconds: args.timeout.as_secs_f64(),
             })
         }
+    }
+}
+
+/// Says which nodes could not be asked, and how to go on without them.
+fn out_of_reach(name: &str, nodes: &[String], session: &Session) {
+    for node in nodes {
+        session.out.stderr(&format!(
+            "rtsctl: system/{name} has stopped but on node/{node}, which cannot be reached: its part is taken down when it \
+             comes back; `rtsctl teardown {name} --forget-node {node}` does without it"
+        ));
     }
 }
 
@@ -74,7 +102,7 @@ fn confirm(name: &str, components: &str) -> Result<(), CliError> {
     }
 }
 
-/// `None` once it is gone; its last state when time is up before.
+/// `None` once it is gone; its last state when time is up before, or when only nodes out of reach are waited for.
 async fn wait(
     from: System,
     deadline: Instant,
@@ -83,17 +111,27 @@ async fn wait(
 ) -> Result<Option<System>, CliError> {
     let name = from.metadata.name.clone();
     let mut progress = Progress::start(session.out, &format!("system/{name}: taking down"));
-    let mut follower = Follower::new(controller, &from).await;
+    let mut follower = Follower::new(controller, &from);
     let mut last = from;
+    let mut since = None;
     let end = follower.until(deadline, |state| match state {
-        None => ControlFlow::Break(()),
+        None => ControlFlow::Break(true),
         Some(system) => {
             progress.system(&system);
+            if system.status.tombstones.is_empty() {
+                since = None;
+            }
+            let reached = !system.status.tombstones.is_empty()
+                && since.get_or_insert_with(Instant::now).elapsed() >= OUT_OF_REACH;
             last = system;
-            ControlFlow::Continue(())
+            if reached {
+                ControlFlow::Break(false)
+            } else {
+                ControlFlow::Continue(())
+            }
         }
     });
     let end = end.await;
     let end = end.map_err(CliError::request(format!("follow system/{name}")))?;
-    Ok(if end.is_some() { None } else { Some(last) })
+    Ok((end != Some(true)).then_some(last))
 }

@@ -4,6 +4,7 @@ pub mod down;
 pub mod home;
 pub mod lock;
 pub mod remove;
+pub mod restore;
 pub mod strays;
 pub mod up;
 

@@ -1,6 +1,8 @@
 //! Pages about one object, as `kubectl describe` prints them.
 
-use jiff::{SignedDuration, Timestamp};
+mod policy;
+
+use jiff::Timestamp;
 use rts_controller_api::objects::{
     Component, Connector, Event, Kind, Manager, Metadata, Node, System, Waiting,
 };
@@ -8,6 +10,7 @@ use rts_controller_api::objects::{
 use super::age::age;
 use super::progress::waits;
 use super::table::Table;
+use crate::commands::get::singular;
 
 /// Most events on a page; the last ones.
 const EVENTS: usize = 10;
@@ -55,7 +58,7 @@ pub fn pages(kind: Kind, name: &str, scene: &Scene) -> Vec<String> {
             .collect()
     }
     let meant = |metadata: &Metadata| metadata.name == name;
-    match kind {
+    let there = match kind {
         Kind::System => all(&scene.systems, |o| {
             meant(&o.metadata).then(|| system(o, scene))
         }),
@@ -72,7 +75,39 @@ pub fn pages(kind: Kind, name: &str, scene: &Scene) -> Vec<String> {
         Kind::Event => all(&scene.events, |o| {
             meant(&o.metadata).then(|| event(o, scene))
         }),
+    };
+    if there.is_empty() {
+        return gone(kind, name, scene)
+            .map(Page::text)
+            .into_iter()
+            .collect();
     }
+    there
+}
+
+/// What is not there but was, or should be: what is known of it.
+fn gone(kind: Kind, name: &str, scene: &Scene) -> Option<Page> {
+    let target = format!("{}/{name}", singular(kind));
+    let waiting: Vec<_> = scene
+        .systems
+        .iter()
+        .flat_map(|system| &system.status.waiting_on)
+        .filter(|waiting| waiting.target == target)
+        .collect();
+    let about = |event: &Event| event.spec.object == target;
+    if waiting.is_empty() && !scene.events.iter().any(about) {
+        return None;
+    }
+    let mut page = Page::default();
+    page.line("Name", name);
+    page.line("State", "not there");
+    page.line(
+        "Last exit",
+        policy::last_exit(&target, scene).unwrap_or_default(),
+    );
+    page.waiting(waiting.into_iter(), scene.now);
+    page.events(scene, about);
+    Some(page)
 }
 
 /// Lines `Key:  value`, then tables with a title.
@@ -152,7 +187,7 @@ impl Page {
     }
 }
 
-/// `component/Motor0: its module failed (tried 3 times, next try in 4s)`.
+/// `component/Motor0: its module failed (tried 3 times, next try in 4s, at 12:00:04Z)`.
 fn waits_for(waiting: &Waiting, now: Timestamp) -> String {
     let mut facts = Vec::new();
     match waiting.tries {
@@ -161,11 +196,10 @@ fn waits_for(waiting: &Waiting, now: Timestamp) -> String {
         tries => facts.push(format!("tried {tries} times")),
     }
     match waiting.next_try {
-        Some(next) if next > now => {
-            let left = next.duration_since(now) + SignedDuration::from_millis(999);
-            facts.push(format!("next try in {}", age(Some(now - left), now)));
+        Some(next) => {
+            let when = policy::when(next, now);
+            facts.push(format!("next try {}", when.as_deref().unwrap_or("now")));
         }
-        Some(_) => facts.push("next try now".to_owned()),
         None if waiting.transient => facts.push("passes by itself".to_owned()),
         None => {}
     }
@@ -242,6 +276,8 @@ fn node(node: &Node, scene: &Scene) -> Page {
     page.line("Endpoint", &node.spec.endpoint);
     page.line("Aliases", node.spec.aliases.join(", "));
     page.line("State", &status.state);
+    page.line("Reason", status.reason.clone().unwrap_or_default());
+    page.line("Message", status.message.clone().unwrap_or_default());
     page.line(
         "Last seen",
         format!("{} ago", age(status.last_seen, scene.now)),
@@ -285,6 +321,17 @@ fn component(component: &Component, scene: &Scene) -> Page {
     );
     page.line("Message", status.message.clone().unwrap_or_default());
     page.line("Restarts", status.restarts.to_string());
+    if let Some(policy) = policy::of(component, scene) {
+        page.line("Restart", policy::restart(policy));
+        for (key, text) in policy::others(policy) {
+            page.line(key, text);
+        }
+    }
+    let manager = format!("manager/{}", manager_of(component));
+    page.line(
+        "Last exit",
+        policy::last_exit(&manager, scene).unwrap_or_default(),
+    );
     page.line("Incarnation", &status.incarnation);
     if status.stand_in {
         page.line("Stand-in", "true");
@@ -318,21 +365,28 @@ fn component(component: &Component, scene: &Scene) -> Page {
     }
     page.table("Connectors", &connectors);
     let target = format!("component/{name}");
+    let module = format!("module/{}@{}", spec.type_name, manager_of(component));
     page.events(scene, |event| {
-        event.spec.object == target && event.spec.system == spec.system
+        let about = [&target, &manager, &module];
+        about.contains(&&event.spec.object) && event.spec.system == spec.system
     });
     page
+}
+
+/// Its manager's name as events and waits have it: `hello.main`.
+fn manager_of(component: &Component) -> String {
+    let (system, short) = (&component.spec.system, &component.status.manager);
+    if short.contains('.') || system.is_empty() {
+        short.clone()
+    } else {
+        format!("{system}.{short}")
+    }
 }
 
 /// What its system waits for that keeps a component from running: itself, its module, package and manager.
 fn concerning<'a>(component: &'a Component, scene: &'a Scene) -> impl Iterator<Item = &'a Waiting> {
     let (name, spec, status) = (&component.metadata.name, &component.spec, &component.status);
-    let short = &status.manager;
-    let manager = if short.contains('.') || spec.system.is_empty() {
-        short.clone()
-    } else {
-        format!("{}.{short}", spec.system)
-    };
+    let manager = manager_of(component);
     let targets = [
         format!("component/{name}"),
         format!("module/{}@{manager}", spec.type_name),
@@ -427,6 +481,10 @@ fn manager(manager: &Manager, scene: &Scene) -> Page {
     page.line("Incarnation", &status.incarnation);
     page.line("Modules", status.modules.join(", "));
     let target = format!("manager/{name}");
+    page.line(
+        "Last exit",
+        policy::last_exit(&target, scene).unwrap_or_default(),
+    );
     let waiting = scene.systems.iter().flat_map(|s| &s.status.waiting_on);
     page.waiting(waiting.filter(|w| w.target == target), scene.now);
     let inside = scene
@@ -492,6 +550,16 @@ mod tests {
     }
 
     #[test]
+    fn what_is_gone_is_told_by_its_events() {
+        let mut scene = scene();
+        scene.managers.clear();
+        let page = pages(Kind::Manager, "hello.main", &scene).remove(0);
+        assert!(page.contains("State:      not there"), "{page}");
+        assert!(page.contains("ended with signal 9"), "{page}");
+        assert!(pages(Kind::Manager, "hello.other", &scene).is_empty());
+    }
+
+    #[test]
     fn a_component_that_does_not_run_says_why_and_when_it_is_tried_again() {
         let mut scene = scene();
         scene.systems[0].status.waiting_on = vec![
@@ -501,7 +569,7 @@ mod tests {
                 required: true,
                 transient: false,
                 tries: 3,
-                next_try: Some(samples::NOW + SignedDuration::from_secs(4)),
+                next_try: Some(samples::NOW + jiff::SignedDuration::from_secs(4)),
             },
             Waiting {
                 target: "component/Printer0".to_owned(),
@@ -520,7 +588,7 @@ mod tests {
         assert_eq!(
             waits,
             [
-                "Waits for:   module/SineSource@hello.main: LoadModule: no such file (tried 3 times, next try in 4s)"
+                "Waits for:   module/SineSource@hello.main: LoadModule: no such file (tried 3 times, next try in 4s, at 22:13:24Z)"
             ]
         );
     }

@@ -8,4 +8,5 @@ pub mod plan;
 pub mod progress;
 #[cfg(test)]
 pub mod samples;
+pub mod stream;
 pub mod table;

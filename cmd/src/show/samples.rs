@@ -68,6 +68,7 @@ fn node() -> Node {
         session: "s".to_owned(),
         managers: 2,
         components: 4,
+        ..NodeStatus::default()
     };
     object(Kind::Node, "local", spec, status)
 }

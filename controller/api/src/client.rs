@@ -1,12 +1,13 @@
 //! Client of the controller.
 
 use reqwest::Method;
-use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory, ModuleRequest};
+use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory, LogQuery, ModuleRequest};
 use rts_http::client::{Client, segment};
+use rts_http::lines::Lines;
 use serde::de::DeserializeOwned;
 
-use crate::objects::{Component, Kind, List, System};
-use crate::requests::{ApplyRequest, ApplyResult, PlanResult};
+use crate::objects::{Component, Kind, List, Node, System};
+use crate::requests::{ApplyRequest, ApplyResult, NodeClaimed, PlanResult, TakeOver};
 use crate::watch::Watch;
 use crate::{ClientError, paths};
 
@@ -22,12 +23,28 @@ impl Controller {
         Self { http }
     }
 
-    /// True when it answers `/readyz` with success.
+    /// True when it answers `/readyz` with success: it can store what it is told.
     pub async fn ready(&self) -> bool {
         self.http
             .text(self.http.request(Method::GET, "/readyz"))
             .await
             .is_ok()
+    }
+
+    /// True when it answers `/livez`. One that cannot write its store is alive: it can be asked, and says so itself.
+    pub async fn alive(&self) -> bool {
+        self.http
+            .text(self.http.request(Method::GET, "/livez"))
+            .await
+            .is_ok()
+    }
+
+    /// The error for a controller that does not say what it should.
+    pub fn silent(&self, reason: &str) -> ClientError {
+        ClientError::Unreachable {
+            socket: self.http.socket().to_owned(),
+            reason: reason.to_owned(),
+        }
     }
 
     /// All objects of a kind, with counters as of now.
@@ -86,6 +103,43 @@ impl Controller {
             .await
     }
 
+    /// The same; the end does not need the word of these nodes, which must be Unknown.
+    pub async fn delete_but(&self, name: &str, forget: &[String]) -> Result<System, ClientError> {
+        let query: Vec<_> = forget.iter().map(|node| ("forgetNode", node)).collect();
+        let path = of_system(paths::SYSTEM, name);
+        let request = self.http.request(Method::DELETE, &path).query(&query);
+        self.http.json(request).await
+    }
+
+    /// Makes what runs on a node of another controller this controller's.
+    pub async fn adopt(&self, node: &str) -> Result<NodeClaimed, ClientError> {
+        let path = of_node(paths::NODE_ADOPT, node);
+        self.http.json(self.http.request(Method::POST, &path)).await
+    }
+
+    /// Replaces what a node runs for another controller by this controller's set.
+    pub async fn take_over(
+        &self,
+        node: &str,
+        request: &TakeOver,
+    ) -> Result<NodeClaimed, ClientError> {
+        let path = of_node(paths::NODE_TAKE_OVER, node);
+        self.http.send(Method::POST, &path, request).await
+    }
+
+    /// One node.
+    pub async fn node(&self, name: &str) -> Result<Node, ClientError> {
+        let path = paths::NODE.replace("{name}", &segment(name));
+        self.http.get(&path).await
+    }
+
+    /// The whole store as one document, byte by byte as it is to be kept.
+    pub async fn backup(&self) -> Result<String, ClientError> {
+        self.http
+            .text(self.http.request(Method::GET, paths::BACKUP))
+            .await
+    }
+
     /// One component at its stable address.
     pub async fn component(&self, node: &str, instance: &str) -> Result<Component, ClientError> {
         self.http
@@ -93,21 +147,16 @@ impl Controller {
             .await
     }
 
-    /// The last `tail` lines of a component's log.
+    /// The lines of a component's log as they come. A stream that is followed ends only with an error.
     pub async fn log(
         &self,
         node: &str,
         instance: &str,
-        tail: usize,
-    ) -> Result<String, ClientError> {
+        query: &LogQuery,
+    ) -> Result<Lines, ClientError> {
         let path = of_component(paths::COMPONENT_LOG, node, instance);
-        self.http
-            .text(
-                self.http
-                    .request(Method::GET, &path)
-                    .query(&[("tail", tail)]),
-            )
-            .await
+        let request = self.http.request(Method::GET, &path).query(query);
+        Ok(Lines::of(self.http.accept(request).await?))
     }
 
     /// Loads a module by hand.
@@ -182,6 +231,10 @@ impl Controller {
 
 fn of_system(path: &str, name: &str) -> String {
     path.replace("{name}", &segment(name))
+}
+
+fn of_node(path: &str, node: &str) -> String {
+    path.replace("{node}", &segment(node))
 }
 
 fn of_component(path: &str, node: &str, instance: &str) -> String {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use jiff::Timestamp;
+use rts_agent_api::messages::LedgerFence;
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -169,6 +170,10 @@ pub struct SystemStatus {
     /// What runs and is in no spec.
     #[serde(default)]
     pub drift: Vec<String>,
+    /// Of a system that is being taken down: nodes that cannot be asked whether anything of it is left, once nothing is
+    /// left on all others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tombstones: Vec<String>,
     /// Number of components in the spec.
     #[serde(default)]
     pub components: u32,
@@ -245,6 +250,15 @@ pub struct NodeStatus {
     /// Components that run on it.
     #[serde(default)]
     pub components: u32,
+    /// Why it is NotReady, in one CamelCase word: `ForeignLedger`, `StaleController`, `LedgerAhead`, `Silent`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The same for people, with how to mend it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// What its ledger holds, when this controller does not agree with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ledger: Option<LedgerFence>,
 }
 
 /// What a component is.

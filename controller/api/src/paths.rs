@@ -6,9 +6,15 @@ pub const SYSTEM: &str = "/v1/systems/{name}";
 pub const SYSTEM_PLAN: &str = "/v1/systems/{name}/plan";
 /// `GET`.
 pub const NODE: &str = "/v1/nodes/{name}";
+/// `POST`: what runs on a node of another controller becomes this one's.
+pub const NODE_ADOPT: &str = "/v1/nodes/{node}/adopt";
+/// `POST` ([`crate::requests::TakeOver`]): this controller's set replaces what a node runs for another.
+pub const NODE_TAKE_OVER: &str = "/v1/nodes/{node}/take-over";
+/// `GET`: the whole store as one document.
+pub const BACKUP: &str = "/v1/backup";
 /// `GET`: a component at its stable address.
 pub const COMPONENT: &str = "/v1/components/{node}/{instance}";
-/// `GET ?tail=N`: last lines of its log as text.
+/// `GET`, query [`rts_agent_api::messages::LogQuery`]: its log as text.
 pub const COMPONENT_LOG: &str = "/v1/components/{node}/{instance}/log";
 /// `GET`.
 pub const CONNECTOR: &str = "/v1/connectors/{system}/{name}";

@@ -14,16 +14,19 @@ pub(crate) fn first_fate<'a>(facts: &Facts<'a>, blocked: &Blocked, live: &Live<'
     let ours = live
         .id()
         .is_some_and(|id| told || facts.wants.contains_key(&id));
-    let ends = live.manager.responsive || ends_silent(facts, blocked, &live.seat());
+    let ends = live.manager.responsive || ends_unasked(facts, blocked, &live.seat());
     if ours && ends { Fate::Gone } else { Fate::Keep }
 }
 
-/// True for a process that does not answer and in which nothing is desired: its end needs no answer.
-pub(crate) fn ends_silent<'a>(facts: &Facts<'a>, blocked: &Blocked, seat: &Seat<'a>) -> bool {
-    let silent = facts.processes.get(seat).is_some_and(|m| !m.responsive);
+/// True for a process that ends without a word to its components: one that does not answer and in which nothing is
+/// desired, or one that has to be replaced.
+pub(crate) fn ends_unasked<'a>(facts: &Facts<'a>, blocked: &Blocked, seat: &Seat<'a>) -> bool {
+    let silent = |m: &&&ManagerObserved| !m.responsive && !facts.wanted_seats.contains_key(seat);
+    let process = facts.processes.get(seat);
+    let unasked = process.is_some_and(|m| m.expired.is_some() || silent(&m));
     let ours = seat.1.system.is_some() && facts.nodes.contains(seat.0);
     let blocked = blocked.contains_key(&target::on(seat.0, &target::manager(&seat.1)));
-    silent && ours && !facts.wanted_seats.contains_key(seat) && !blocked
+    unasked && ours && !blocked
 }
 
 pub(crate) fn does_not_answer(manager: &ManagerObserved) -> String {

@@ -1,5 +1,7 @@
 //! Steps that bring up: Install, StartManager, LoadModule, Create, Configure, Reset, Connect, Activate.
 
+mod activate;
+
 use std::collections::BTreeMap;
 
 use rts_schemas::system::Configuration;
@@ -9,7 +11,6 @@ use crate::graph::{Gate, Ix, NewStep, Steps};
 use crate::in_place::{InPlace, in_place};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::links::Links;
-use crate::observed::LifeCycleState;
 use crate::order::{Order, Standing};
 use crate::plan::{Blocked, Work};
 use crate::take_down::Down;
@@ -42,6 +43,7 @@ pub(crate) fn add<'a>(
     let mut bringer = Bringer {
         facts,
         decisions,
+        links,
         down,
         blocked,
         steps,
@@ -61,7 +63,7 @@ pub(crate) fn add<'a>(
     for (id, live) in &decisions.present {
         bringer.change_in_place(*id, *live);
     }
-    bringer.connect(links);
+    bringer.connect();
     bringer.create_and_reset_orders();
     bringer.activate();
     bringer.prefer_down_stream_first();
@@ -71,6 +73,7 @@ pub(crate) fn add<'a>(
 struct Bringer<'s, 'f, 'a> {
     facts: &'f Facts<'a>,
     decisions: &'f Decisions<'a>,
+    links: &'f Links<'a>,
     down: &'f Down<'a>,
     blocked: &'f Blocked,
     steps: &'s mut Steps,
@@ -216,7 +219,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 instance: id.instance.to_owned(),
                 configuration: Configuration::clone(&change.configuration),
                 rate: change.rate,
-                on_disconnect: None,
+                on_disconnect: change.on_disconnect,
             },
             reason: change.reason.clone(),
         });
@@ -224,8 +227,8 @@ impl<'a> Bringer<'_, '_, 'a> {
         self.up.in_place.insert(id, change);
     }
 
-    fn connect(&mut self, links: &Links<'a>) {
-        for (key, join) in &links.joins {
+    fn connect(&mut self) {
+        for (key, join) in &self.links.joins {
             let connector = join.connector;
             let step = self.steps.add(NewStep {
                 node: &connector.source.node,
@@ -266,107 +269,6 @@ impl<'a> Bringer<'_, '_, 'a> {
             let resets = &self.up.resets;
             Order::new("Resetting", &[&orders.resetting], members)
                 .walk(|instance, gate| gated(steps, resets.get(&Id { uid, instance }), gate));
-        }
-    }
-
-    fn reset(&mut self, id: Id<'a>) {
-        let want = &self.facts.wants[&id];
-        let live = &self.facts.lives[self.decisions.present[&id]];
-        let error = live.component.state == LifeCycleState::Error;
-        if !error || self.up.waits.contains_key(&id) {
-            return;
-        }
-        let message = live.component.message.as_deref();
-        let message = message.unwrap_or("no reason was given");
-        if !want.placed.spec.policy.reset_on_error {
-            let wait = format!("in Error: {message} (rtsctl.resetOnError is off)");
-            self.up.waits.insert(id, wait);
-            return;
-        }
-        let target = target::component(id.instance);
-        if let Some(why) = self.blocked.get(&target::on(want.node, &target)) {
-            self.up.waits.insert(id, why.clone());
-            return;
-        }
-        let reset = self.steps.add(NewStep {
-            node: want.node,
-            target,
-            system: Some(want.system),
-            work: Work::Reset {
-                manager: want.key.clone(),
-                instance: id.instance.to_owned(),
-            },
-            reason: format!("is in Error: {message}"),
-        });
-        self.steps.need(reset, self.configures.get(&id).copied());
-        self.up.resets.insert(id, reset);
-    }
-
-    fn activate(&mut self) {
-        for (uid, members) in self.facts.members() {
-            let Some(system) = self.facts.orders.get(uid) else {
-                continue;
-            };
-            let lists: [&[_]; 1] = [&system.orders.activation];
-            Order::new("Activation", &lists, members)
-                .walk(|instance, gate| self.activate_one(Id { uid, instance }, gate));
-        }
-    }
-
-    fn activate_one(&mut self, id: Id<'a>, gate: Gate) -> Standing {
-        let live = self.decisions.present.get(&id);
-        let live = live.map(|live| &self.facts.lives[*live]);
-        if live.is_some_and(|l| l.component.state == LifeCycleState::Active && l.manager.responsive)
-        {
-            return Standing::Done;
-        }
-        if self.up.waits.contains_key(&id) {
-            return Standing::Waits;
-        }
-        let target = target::component(id.instance);
-        let want = &self.facts.wants[&id];
-        let blocked = target::on(want.node, &target);
-        let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&blocked));
-        if let Some(problem) = problem {
-            self.up.waits.insert(id, problem.clone());
-            return Standing::Waits;
-        }
-        let reason = match live {
-            None => "is to be Active",
-            Some(live) if live.component.state == LifeCycleState::Error => "was reset",
-            Some(_) => "is not Active",
-        };
-        let step = self.steps.add(NewStep {
-            node: want.node,
-            target,
-            system: Some(want.system),
-            work: Work::Activate {
-                manager: want.key.clone(),
-                instance: id.instance.to_owned(),
-            },
-            reason: reason.to_owned(),
-        });
-        self.steps.gate(step, gate);
-        let connects = self.connects.get(&id).cloned().unwrap_or_default();
-        if connects.is_empty() {
-            self.steps.need(step, self.creates.get(&id).copied());
-        }
-        self.steps.need(step, connects);
-        let reset = self.up.resets.get(&id).or(self.configures.get(&id));
-        self.steps.need(step, reset.copied());
-        self.up.activates.insert(id, step);
-        Standing::Steps(vec![step])
-    }
-
-    /// Where the profile is silent, what a source feeds is asked to start before the source, so that no sample is lost.
-    fn prefer_down_stream_first(&mut self) {
-        for ((uid, _), (_, connector)) in &self.facts.links {
-            let step = |instance| self.up.activates.get(&Id { uid, instance }).copied();
-            let source = step(connector.spec.source.instance.as_str());
-            let target = step(connector.spec.target.instance.as_str());
-            if let (Some(source), Some(target)) = (source, target) {
-                self.steps.prefer(source, target);
-            }
         }
     }
 }

@@ -58,3 +58,116 @@ impl Inventory {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::desired::SystemRef;
+
+    fn system(nr: u8) -> SystemRef {
+        SystemRef {
+            name: format!("s{nr}"),
+            uid: format!("uid{nr}"),
+        }
+    }
+
+    /// A few keys and few values, so that two inventories share some and differ in others.
+    fn manager() -> impl Strategy<Value = ManagerObserved> {
+        let choices = (0..3u8, 0..3u8, 0..3u32, any::<bool>(), any::<bool>());
+        choices.prop_map(|(of, name, start, responsive, expired)| ManagerObserved {
+            key: ManagerKey {
+                system: (of > 0).then(|| system(of)),
+                name: format!("m{name}"),
+            },
+            incarnation: start.to_string(),
+            pid: start,
+            started: String::new(),
+            responsive,
+            expired: expired.then(|| "hangs".to_owned()),
+            modules: Default::default(),
+            components: Vec::new(),
+        })
+    }
+
+    fn held() -> impl Strategy<Value = Held> {
+        (1..3u8, 0..3u8).prop_map(|(of, instance)| Held {
+            system: system(of),
+            instance: format!("C{instance}"),
+            reason: "died".to_owned(),
+        })
+    }
+
+    /// As agents keep it: sorted, each key once.
+    fn inventory() -> impl Strategy<Value = Inventory> {
+        let managers = prop::collection::vec(manager(), 0..8);
+        let held = prop::collection::btree_set(held(), 0..4);
+        (any::<u64>(), managers, held).prop_map(|(revision, mut managers, held)| {
+            managers.sort_by(|a, b| a.key.cmp(&b.key));
+            managers.dedup_by(|a, b| a.key == b.key);
+            Inventory {
+                node: "n".to_owned(),
+                revision,
+                managers,
+                held: held.into_iter().collect(),
+            }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn the_way_leads_from_any_inventory_to_any_other(a in inventory(), b in inventory()) {
+            let mut walked = a.clone();
+            prop_assert!(walked.advance(b.since(&a)));
+            prop_assert_eq!(walked, b);
+        }
+
+        #[test]
+        fn a_way_from_elsewhere_changes_nothing(
+            a in inventory(), b in inventory(), mut other in inventory(),
+        ) {
+            prop_assume!(other.revision != a.revision);
+            let before = other.clone();
+            prop_assert!(!other.advance(b.since(&a)));
+            prop_assert_eq!(other, before);
+        }
+
+        #[test]
+        fn a_way_travels_as_json(a in inventory(), b in inventory()) {
+            let delta = b.since(&a);
+            let json = serde_json::to_string(&delta).unwrap();
+            prop_assert_eq!(serde_json::from_str::<InventoryDelta>(&json).unwrap(), delta);
+        }
+    }
+
+    #[test]
+    fn only_what_differs_is_sent() {
+        let manager = |name: &str, pid| ManagerObserved {
+            key: ManagerKey {
+                system: Some(system(1)),
+                name: name.to_owned(),
+            },
+            incarnation: String::new(),
+            pid,
+            started: String::new(),
+            responsive: true,
+            expired: None,
+            modules: Default::default(),
+            components: Vec::new(),
+        };
+        let inventory = |revision, managers| Inventory {
+            node: "n".to_owned(),
+            revision,
+            managers,
+            held: Vec::new(),
+        };
+        let before = inventory(4, vec![manager("a", 1), manager("b", 2), manager("c", 3)]);
+        let now = inventory(5, vec![manager("a", 1), manager("c", 4), manager("d", 5)]);
+        let delta = now.since(&before);
+        assert_eq!((delta.from, delta.to), (4, 5));
+        assert_eq!(delta.managers, [manager("c", 4), manager("d", 5)]);
+        assert_eq!(delta.gone, [manager("b", 2).key]);
+        assert_eq!(delta.held, None);
+    }
+}

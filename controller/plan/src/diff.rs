@@ -1,15 +1,16 @@
 //! Differences for people: one change for each target, with the fields that differ.
 
-use std::collections::BTreeMap;
+mod processes;
 
-use crate::alone::made_by_hand;
+pub(crate) use self::processes::restarts;
+
 use crate::bring_up::Up;
-use crate::decide::{Decisions, Fate, Stop};
+use crate::decide::{Decisions, Fate};
 use crate::in_place::in_place;
-use crate::index::{Facts, Id, Live, Seat};
+use crate::index::{Facts, Id, Live};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
-use crate::plan::{Action, Change, FieldChange, Restart};
+use crate::plan::{Action, Change, FieldChange};
 use crate::take_down::Down;
 use crate::target;
 
@@ -26,10 +27,10 @@ pub(crate) fn changes<'a>(
         changes.push(made(facts, *id, make.old, &make.reason));
     }
     for id in decisions.present.keys() {
-        changes.extend(changed(facts, decisions, up, *id));
+        changes.extend(changed(facts, decisions, down, up, *id));
     }
     for (id, reason) in &up.waits {
-        changes.extend(waits(facts, decisions, up, *id, reason));
+        changes.extend(waits(facts, decisions, down, up, *id, reason));
     }
     for (ix, live) in facts.lives.iter().enumerate() {
         if decisions.fates[ix] == Fate::Gone {
@@ -38,7 +39,7 @@ pub(crate) fn changes<'a>(
         }
     }
     connectors(links, down, &mut changes);
-    managers(decisions, up, &mut changes);
+    processes::managers(decisions, up, &mut changes);
     changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
     changes
 }
@@ -92,6 +93,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
 fn changed<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
+    down: &Down<'a>,
     up: &Up<'a>,
     id: Id<'a>,
 ) -> Option<Change> {
@@ -102,7 +104,8 @@ fn changed<'a>(
     let to = if up.activates.contains_key(&id) {
         Some(LifeCycleState::Active)
     } else {
-        up.resets.get(&id).map(|_| LifeCycleState::Inactive)
+        let idled = up.resets.contains_key(&id) || down.idled.contains_key(&id);
+        idled.then_some(LifeCycleState::Inactive)
     };
     if let Some(to) = to {
         let state = live.component.state;
@@ -113,6 +116,7 @@ fn changed<'a>(
         });
         reasons.push(match state {
             LifeCycleState::Error => "is in Error: reset".to_owned(),
+            LifeCycleState::Active => up.waits.get(&id).cloned().unwrap_or_default(),
             _ => format!("is {state:?}: activated"),
         });
     }
@@ -135,6 +139,7 @@ fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) ->
             (Some(make), _) if make.old.is_some_and(|old| is(&facts.lives[old], live)) => {
                 return None;
             }
+            (None, Some(why)) if stops_for_a_peer(facts, decisions, id) => why.clone(),
             (None, Some(why)) if !decisions.present.contains_key(&id) => {
                 format!("ends with its process, and cannot be made again now: {why}")
             }
@@ -167,6 +172,7 @@ fn blocked(mut change: Change, why: Option<&String>) -> Change {
 fn waits<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
+    down: &Down<'a>,
     up: &Up<'a>,
     id: Id<'a>,
     why: &String,
@@ -174,9 +180,13 @@ fn waits<'a>(
     let want = &facts.wants[&id];
     let live = decisions.present.get(&id).map(|live| &facts.lives[*live]);
     let here = facts.processes.get(&want.seat()).copied();
+    let here = here.filter(|_| !decisions.stops.contains_key(&want.seat()));
     let there = live.map(|live| live.manager);
     let silent = here.into_iter().chain(there).any(|m| !m.responsive);
-    let shown = up.in_place.contains_key(&id) || up.resets.contains_key(&id);
+    let shown = up.in_place.contains_key(&id)
+        || up.resets.contains_key(&id)
+        || down.idled.contains_key(&id)
+        || stops_for_a_peer(facts, decisions, id);
     if silent || shown || decisions.makes.contains_key(&id) || facts.unknown.contains_key(want.node)
     {
         return None;
@@ -210,6 +220,15 @@ fn waits<'a>(
         fields,
     };
     Some(blocked(change, Some(why)))
+}
+
+/// True when it goes though its process stays: its end is shown.
+fn stops_for_a_peer<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, id: Id<'a>) -> bool {
+    let gone = |ix: &usize| {
+        let stays = !decisions.stops.contains_key(&facts.lives[*ix].seat());
+        stays && decisions.fates[*ix] == Fate::Gone
+    };
+    !decisions.present.contains_key(&id) && facts.instances(id).iter().any(gone)
 }
 
 fn is(one: &Live<'_>, other: &Live<'_>) -> bool {
@@ -252,66 +271,4 @@ fn connectors(links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
             changes.push(blocked(change, down.stuck_cuts.get(key)));
         }
     }
-}
-
-fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut Vec<Change>) {
-    let mut push = |seat: &Seat<'a>, action, reason: &str| {
-        changes.push(Change {
-            action,
-            target: target::manager(&seat.1),
-            system: seat.1.system.as_ref().map(|s| s.name.clone()),
-            reason: reason.to_owned(),
-            fields: Vec::new(),
-        });
-    };
-    for seat in up.starts.keys() {
-        if !decisions.stops.contains_key(seat) {
-            push(seat, Action::Add, "is not running");
-        }
-    }
-    for (seat, why) in &decisions.stuck {
-        let reason = format!("nothing is wanted in it any more; blocked: {why}");
-        push(seat, Action::Remove, &reason);
-    }
-    for (seat, stop) in &decisions.stops {
-        match stop {
-            Stop::Unwanted => push(seat, Action::Remove, "nothing is wanted in it any more"),
-            Stop::Restart(reason) => push(seat, Action::Restart, reason),
-        }
-    }
-}
-
-/// Processes and components that are interrupted though they go on to exist.
-pub(crate) fn restarts<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>) -> Vec<Restart> {
-    let mut again: BTreeMap<Seat<'a>, (Vec<String>, String)> = BTreeMap::new();
-    for (seat, stop) in &decisions.stops {
-        if let Stop::Restart(reason) = stop {
-            again.insert(seat.clone(), (Vec::new(), reason.clone()));
-        }
-    }
-    for (id, make) in &decisions.makes {
-        let Some(live) = make.old.map(|old| &facts.lives[old]) else {
-            continue;
-        };
-        let entry = again.entry(live.seat());
-        let (components, _) = entry.or_insert_with(|| (Vec::new(), make.reason.clone()));
-        components.push(id.instance.to_owned());
-    }
-    let restart = |(seat, (mut components, mut reason)): (Seat<'a>, (Vec<String>, String))| {
-        let stops = decisions.stops.contains_key(&seat);
-        let by_hand = made_by_hand(facts, &seat);
-        if stops && !by_hand.is_empty() {
-            let names = by_hand.into_iter().collect::<Vec<_>>().join(", ");
-            reason = format!("{reason}; made by hand and lost with it: {names}");
-        }
-        components.sort();
-        Restart {
-            node: seat.0.to_owned(),
-            manager: seat.1.display_name(),
-            pid: stops.then(|| facts.processes[&seat].pid),
-            components,
-            reason,
-        }
-    };
-    again.into_iter().map(restart).collect()
 }

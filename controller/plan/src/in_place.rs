@@ -1,8 +1,8 @@
-//! What differs in a component that can stay: configuration values, active set, rate.
+//! What differs in a component that can stay: configuration values, active set, rate, what it does without a peer.
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::{ComponentSpec, Configuration};
+use rts_schemas::system::{ComponentSpec, Configuration, OnDisconnect};
 
 use crate::observed::ComponentObserved;
 use crate::plan::FieldChange;
@@ -16,16 +16,18 @@ pub(crate) struct InPlace {
     pub fields: Vec<FieldChange>,
     pub configuration: Configuration,
     pub rate: Option<f64>,
+    pub on_disconnect: Option<OnDisconnect>,
     pub reason: String,
 }
 
 /// Compares configuration and active set with the spec and, where it is silent, with the defaults; the rate only with
-/// the spec. Values are compared as text, as they are kept. None when nothing differs.
+/// the spec, and the policy without a peer always. Values are compared as text, as they are kept. None when nothing differs.
 pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option<InPlace> {
     let mut change = InPlace {
         fields: Vec::new(),
         configuration: Configuration::default(),
         rate: None,
+        on_disconnect: None,
         reason: String::new(),
     };
     let mut reasons = Vec::new();
@@ -76,6 +78,13 @@ pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option
         let old = Some(live.rate.to_string());
         field("rate".to_owned(), "rate", old, rate.to_string(), "");
         change.rate = Some(rate);
+    }
+    let policy = spec.policy.on_disconnect;
+    if policy != live.on_disconnect {
+        let (name, old) = ("onDisconnect", live.on_disconnect.as_str());
+        let (old, new) = (Some(old.to_owned()), policy.as_str().to_owned());
+        field(name.to_owned(), name, old, new, "");
+        change.on_disconnect = Some(policy);
     }
     if reasons.is_empty() {
         return None;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_schemas::system::Orders;
+use rts_schemas::system::{OnDisconnect, Orders, PortKind};
 
 use crate::desired::{Desired, ManagerKey, PlacedComponent, PlacedConnector, SystemRef};
 use crate::observed::{ComponentObserved, ManagerObserved, NodeObserved, Observed};
@@ -36,6 +36,10 @@ impl<'a> Want<'a> {
 
     pub fn seat(&self) -> Seat<'a> {
         (self.node, self.key.clone())
+    }
+
+    pub fn on_disconnect(&self) -> OnDisconnect {
+        self.placed.spec.policy.on_disconnect
     }
 }
 
@@ -85,16 +89,28 @@ pub(crate) struct Facts<'a> {
     pub by_seat: BTreeMap<Seat<'a>, Vec<usize>>,
     /// Processes in which something is desired.
     pub wanted_seats: BTreeMap<Seat<'a>, Vec<Id<'a>>>,
+    /// By node and component: why its agent does not bring it up again.
+    held: BTreeMap<(&'a str, Id<'a>), &'a str>,
+    /// Peer → the components that stop without it (`onDisconnect: stop`), with the connector between them.
+    pub leans: BTreeMap<Id<'a>, Vec<(Id<'a>, &'a str)>>,
 }
 
 impl<'a> Facts<'a> {
     pub fn new(desired: &'a Desired, observed: &'a Observed) -> Self {
         let mut facts = Self::default();
         facts.add_desired(desired);
+        facts.add_leans();
         for (node, answer) in &observed.nodes {
             if let NodeObserved::Known(inventory) = answer {
                 for manager in &inventory.managers {
                     facts.add_process(node, manager);
+                }
+                for held in &inventory.held {
+                    let id = Id {
+                        uid: &held.system.uid,
+                        instance: &held.instance,
+                    };
+                    facts.held.insert((node, id), &held.reason);
                 }
             }
         }
@@ -141,6 +157,22 @@ impl<'a> Facts<'a> {
         }
     }
 
+    fn add_leans(&mut self) {
+        let mut leans: BTreeMap<Id<'a>, Vec<(Id<'a>, &'a str)>> = BTreeMap::new();
+        for ((uid, name), (_, connector)) in &self.links {
+            let [source, target] = ends(uid, connector);
+            for (id, peer) in [(source, target), (target, source)] {
+                let want = self.wants.get(&id);
+                let stops = want.is_some_and(|want| want.on_disconnect() == OnDisconnect::Stop);
+                let data = connector.spec.kind == PortKind::Data;
+                if stops && data && id != peer && self.wants.contains_key(&peer) {
+                    leans.entry(peer).or_default().push((id, name));
+                }
+            }
+        }
+        self.leans = leans;
+    }
+
     fn add_process(&mut self, node: &'a str, manager: &'a ManagerObserved) {
         let seat = (node, manager.key.clone());
         if self.processes.contains_key(&seat) {
@@ -176,6 +208,12 @@ impl<'a> Facts<'a> {
         self.by_id.get(&id).map_or(&[], Vec::as_slice)
     }
 
+    /// Why a component's agent does not bring it up again; what is there is not held.
+    pub fn held(&self, want: &Want<'a>) -> Option<&'a str> {
+        let held = self.held.get(&(want.node, want.id())).copied();
+        held.filter(|_| self.instances(want.id()).is_empty())
+    }
+
     /// True when anything of a system is desired.
     pub fn has_members(&self, uid: &'a str) -> bool {
         let first = Id { uid, instance: "" };
@@ -191,4 +229,13 @@ impl<'a> Facts<'a> {
         }
         members
     }
+}
+
+/// The components at the source and the target of a connector.
+pub(crate) fn ends<'a>(uid: &'a str, connector: &'a PlacedConnector) -> [Id<'a>; 2] {
+    let spec = &connector.spec;
+    [&spec.source, &spec.target].map(|end| Id {
+        uid,
+        instance: &end.instance,
+    })
 }

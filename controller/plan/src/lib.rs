@@ -6,6 +6,7 @@
 //! From outside: [`place`](place::place) settles where everything goes, [`check_orders`] refuses
 //! orders that can never be obeyed, [`plan`](planner::plan) plans, [`render`](render::render) shows a plan to people.
 
+pub mod backoff;
 pub mod check;
 pub mod delta;
 pub mod desired;
@@ -14,6 +15,7 @@ pub mod place;
 pub mod plan;
 pub mod planner;
 pub mod render;
+pub mod restart;
 pub mod target;
 
 mod alone;
@@ -25,6 +27,7 @@ mod in_place;
 mod index;
 mod links;
 mod order;
+mod peers;
 mod take_down;
 
 pub use check::check_orders;

@@ -3,14 +3,18 @@
 //! A connector dies with its source component. When only its target goes, or what it was made with changed, it is
 //! disconnected at the source and made again; neither end is deactivated for it.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod compare;
+
+use std::collections::BTreeMap;
 
 use rts_schemas::system::PortKind;
 
+use self::compare::Match;
 use crate::decide::{Decisions, Fate};
 use crate::desired::{PlacedConnector, SystemRef};
-use crate::index::{Facts, Id};
+use crate::index::{Facts, Id, ends};
 use crate::observed::{ConnectorObserved, ConnectorState};
+use crate::peers::Idle;
 use crate::plan::{Blocked, FieldChange};
 use crate::target;
 
@@ -46,6 +50,19 @@ pub(crate) struct Wait<'a> {
     pub transient: bool,
     /// It is certain that it is not there; false where an end cannot be seen.
     pub missing: bool,
+    /// Whether what is there of it works.
+    pub flow: Flow,
+}
+
+/// Whether samples flow through a connector that is not as desired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flow {
+    /// It is connected, and both ends stay.
+    Yes,
+    /// It is not connected.
+    No,
+    /// Its source cannot be seen, or it is being connected.
+    Unknown,
 }
 
 /// All decisions about connectors, by system uid and name.
@@ -57,6 +74,8 @@ pub(crate) struct Links<'a> {
     pub waits: BTreeMap<(&'a str, &'a str), Wait<'a>>,
     /// Service connectors, which have no steps yet: system name and connector name.
     pub services: Vec<(&'a str, &'a str)>,
+    /// Components that must not be Active for want of a connector.
+    pub idle: BTreeMap<Id<'a>, Idle>,
 }
 
 /// One end of a desired connector once the plan is carried out.
@@ -69,13 +88,6 @@ enum End {
     Absent(String),
     /// On a node that this plan is not made for: an agent plans its own node alone, and the connect finds the rest.
     Elsewhere,
-}
-
-/// What stands between an observed connector and the desired one.
-enum Match {
-    Same,
-    Pending,
-    Differs(String, Vec<FieldChange>),
 }
 
 /// Decides.
@@ -216,12 +228,7 @@ impl<'a> Linker<'_, 'a> {
     }
 
     fn id(&self, end: usize) -> Id<'a> {
-        let spec = &self.connector.spec;
-        let ends = [&spec.source.instance, &spec.target.instance];
-        Id {
-            uid: &self.system.uid,
-            instance: ends[end],
-        }
+        ends(&self.system.uid, self.connector)[end]
     }
 
     fn end(&self, end: usize) -> End {
@@ -277,6 +284,7 @@ impl<'a> Linker<'_, 'a> {
             reason,
             transient: false,
             missing,
+            flow: self.flow(),
         };
         links.waits.insert(self.key, wait);
     }
@@ -287,55 +295,8 @@ impl<'a> Linker<'_, 'a> {
             reason: "is being connected".to_owned(),
             transient: true,
             missing: false,
+            flow: Flow::Unknown,
         };
         links.waits.insert(self.key, wait);
-    }
-
-    fn compare(&self, observed: &ConnectorObserved, target: &End) -> Match {
-        let fields = self.fields(observed);
-        if let Some(first) = fields.first() {
-            let reason = format!("{} changed: connected anew", first.field);
-            return Match::Differs(reason, fields);
-        }
-        if let End::Stays(live) = target
-            && observed.target_incarnation != self.facts.lives[*live].component.incarnation
-        {
-            let instance = self.id(1).instance;
-            return Match::Differs(format!("its target {instance} was made again"), fields);
-        }
-        match observed.state {
-            ConnectorState::Connected => Match::Same,
-            ConnectorState::Connecting => Match::Pending,
-            ConnectorState::Disconnected => {
-                Match::Differs("it was disconnected".to_owned(), fields)
-            }
-        }
-    }
-
-    fn fields(&self, observed: &ConnectorObserved) -> Vec<FieldChange> {
-        let spec = &self.connector.spec;
-        let mut fields = Vec::new();
-        let mut field = |field: String, old: Option<String>, new: Option<String>| {
-            if old != new {
-                fields.push(FieldChange { field, old, new });
-            }
-        };
-        let ends = [
-            ("source", &observed.source, &spec.source),
-            ("target", &observed.target, &spec.target),
-        ];
-        for (name, old, new) in ends {
-            field(
-                name.to_owned(),
-                Some(old.to_string()),
-                Some(new.to_string()),
-            );
-        }
-        let (old, new) = (&observed.properties, &spec.properties);
-        for key in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
-            let name = format!("properties.{key}");
-            field(name, old.get(key).cloned(), new.get(key).cloned());
-        }
-        fields
     }
 }

@@ -1,6 +1,6 @@
 //! `plan`: from desired and observed state to steps.
 //!
-//! Decisions come first ([`crate::decide`], [`crate::links`]), then the steps they need ([`crate::take_down`],
+//! Decisions come first ([`crate::decide`], [`crate::links`], [`crate::peers`]), then the steps they need ([`crate::take_down`],
 //! [`crate::bring_up`]), then their numbers ([`crate::graph`]). Rules that hold for every plan:
 //!
 //! - What is as desired is never touched, and nothing is taken down whose replacement cannot be tried now.
@@ -11,21 +11,22 @@
 //!   hold nothing up that has failed, and give way inside a cycle.
 //! - A blocked target is neither brought up nor taken down until it may be tried again. When its process stops, that
 //!   ends it in any case. What is left out for it is still a change, with the reason.
-//! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components.
+//! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components; one
+//!   that has expired is stopped in the same way, and started again.
+//! - With `onDisconnect` other than `keep` a component is Active only with all its data connectors ([`crate::peers`]).
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::OnDisconnect;
-
 use crate::alone::made_by_hand;
 use crate::bring_up::{self, Up};
-use crate::decide::{self, Decisions};
+use crate::decide::{Decisions, Stop};
 use crate::desired::Desired;
 use crate::diff;
 use crate::graph::{Numbered, Steps};
 use crate::index::Facts;
-use crate::links::{self, Links};
+use crate::links::Links;
 use crate::observed::Observed;
+use crate::peers;
 use crate::plan::{Blocked, Plan, WaitingOn};
 use crate::take_down::{self, Down};
 use crate::target;
@@ -36,8 +37,7 @@ use crate::target;
 /// `blocked` names targets ([`target::on`]) that failed and must not be tried again yet.
 pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
     let facts = Facts::new(desired, observed);
-    let decisions = decide::decide(&facts, blocked);
-    let links = links::decide(&facts, &decisions, blocked);
+    let (decisions, links) = peers::settle(&facts, blocked);
     let mut steps = Steps::default();
     let down = take_down::add(&facts, &decisions, &links, blocked, &mut steps);
     let up = bring_up::add(&facts, &decisions, &links, &down, blocked, &mut steps);
@@ -71,12 +71,16 @@ fn waiting_on(
     for ((_, name), reason) in &down.stuck_cuts {
         wait(target::connector(name), reason.clone());
     }
-    for ((_, key), reason) in &decisions.stuck {
-        wait(target::manager(key), reason.clone());
+    for ((_, key), (stop, why)) in &decisions.stuck {
+        let reason = match stop {
+            Stop::Unwanted => why.clone(),
+            Stop::Restart(reason) => format!("is to be replaced: {reason}; blocked: {why}"),
+        };
+        wait(target::manager(key), reason);
     }
     for (seat, manager) in &facts.processes {
         let (node, key) = seat;
-        let ends = decisions.stops.contains_key(seat);
+        let ends = decisions.stops.contains_key(seat) || decisions.stuck.contains_key(seat);
         if !manager.responsive && !ends && key.system.is_some() && facts.nodes.contains(node) {
             let pid = manager.pid;
             let reason = format!(
@@ -86,7 +90,9 @@ fn waiting_on(
         }
     }
     for (id, reason) in &up.waits {
-        wait(target::component(id.instance), reason.clone());
+        let idle = links.idle.get(id).filter(|idle| idle.reason == *reason);
+        let transient = idle.is_some_and(|idle| idle.transient);
+        waiting.insert(target::component(id.instance), (reason.clone(), transient));
     }
     for ((_, name), wait) in &links.waits {
         let entry = (wait.reason.clone(), wait.transient);
@@ -145,14 +151,6 @@ fn notes<'a>(
         notes.push(format!(
             "service connector {name} of system {system}: is declared, service ports are connected by a later version"
         ));
-    }
-    for (id, want) in &facts.wants {
-        if want.placed.spec.policy.on_disconnect != OnDisconnect::Keep {
-            notes.push(format!(
-                "component {} of system {}: rtsctl.onDisconnect is not carried out by this version, it goes on when a peer is lost",
-                id.instance, want.system.name
-            ));
-        }
     }
     for targets in &numbered.dropped {
         let names = targets.join(", ");

@@ -1,16 +1,16 @@
 //! Steps that take down: Deactivate, Disconnect, Delete, UnloadModule, StopManager.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod orders;
 
-use rts_schemas::system::Condition;
+use std::collections::BTreeMap;
 
 use crate::alone::made_by_hand;
 use crate::decide::{Decisions, Fate, Stop};
 use crate::graph::{Ix, NewStep, Steps};
-use crate::index::{Facts, Live, Seat, SystemOrders};
+use crate::index::{Facts, Id, Live, Seat};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
-use crate::order::{Order, Standing};
+use crate::peers::acting;
 use crate::plan::{Blocked, Work};
 use crate::target;
 
@@ -19,6 +19,8 @@ use crate::target;
 pub(crate) struct Down<'a> {
     /// Live component → the step after which it is gone.
     pub gone: BTreeMap<usize, Ix>,
+    /// Components that stay and are deactivated for want of a connector.
+    pub idled: BTreeMap<Id<'a>, Ix>,
     /// Process → its StopManager.
     pub stopped: BTreeMap<Seat<'a>, Ix>,
     /// System uid and connector → its Disconnect.
@@ -47,6 +49,7 @@ pub(crate) fn add<'a>(
         down: Down::default(),
     };
     taker.components();
+    taker.idle(links);
     taker.processes();
     taker.connectors(links);
     taker.modules();
@@ -54,8 +57,6 @@ pub(crate) fn add<'a>(
     taker.prefer_up_stream_first();
     taker.down
 }
-
-type BySystem<'a> = BTreeMap<&'a str, Vec<Ix>>;
 
 struct Taker<'s, 'f, 'a> {
     facts: &'f Facts<'a>,
@@ -74,6 +75,11 @@ impl<'a> Taker<'_, '_, 'a> {
         if let Some(make) = make {
             return make.reason.clone();
         }
+        let stays = !self.decisions.stops.contains_key(&live.seat());
+        let why = id.and_then(|id| self.decisions.waits.get(&id));
+        if let Some(why) = why.filter(|_| stays) {
+            return why.clone();
+        }
         if id.is_some_and(|id| self.facts.wants.contains_key(&id)) {
             return "is not wanted here".to_owned();
         }
@@ -85,7 +91,7 @@ impl<'a> Taker<'_, '_, 'a> {
             if self.decisions.fates[ix] == Fate::Keep || live.id().is_none() {
                 continue;
             }
-            if !live.manager.responsive {
+            if self.ends_unasked(live) {
                 // Nobody would answer: the end of its process ends it.
                 continue;
             }
@@ -123,6 +129,34 @@ impl<'a> Taker<'_, '_, 'a> {
             }
             self.deletes.insert(ix, delete);
             self.down.gone.insert(ix, delete);
+        }
+    }
+
+    /// True when nothing is asked of a component that goes: its process does not answer, or is replaced for hanging.
+    fn ends_unasked(&self, live: &Live<'a>) -> bool {
+        let replaced = live.manager.expired.is_some();
+        !live.manager.responsive || (replaced && self.decisions.stops.contains_key(&live.seat()))
+    }
+
+    /// Components that stay, and must not be Active without a connector that cannot be made now.
+    fn idle(&mut self, links: &Links<'a>) {
+        let certain = links.idle.iter().filter(|(_, idle)| idle.certain);
+        for (id, idle) in certain {
+            let Some((ix, live)) = acting(self.facts, self.decisions, self.blocked, id) else {
+                continue;
+            };
+            let step = self.steps.add(NewStep {
+                node: live.node,
+                target: target::component(id.instance),
+                system: live.component.system.as_ref(),
+                work: Work::Deactivate {
+                    manager: live.manager.key.clone(),
+                    instance: id.instance.to_owned(),
+                },
+                reason: idle.reason.clone(),
+            });
+            self.deactivates.insert(ix, step);
+            self.down.idled.insert(*id, step);
         }
     }
 
@@ -181,9 +215,9 @@ impl<'a> Taker<'_, '_, 'a> {
             if let Some(target) = cut.dying_target {
                 self.steps
                     .need(step, self.deactivates.get(&target).copied());
-                // The end of a silent process waits for nobody.
-                let silent = !self.facts.lives[target].manager.responsive;
-                if let Some(&gone) = self.down.gone.get(&target).filter(|_| !silent) {
+                // Such an end waits for nobody.
+                let unasked = self.ends_unasked(&self.facts.lives[target]);
+                if let Some(&gone) = self.down.gone.get(&target).filter(|_| !unasked) {
                     self.steps.need(gone, [step]);
                 }
             }
@@ -234,62 +268,5 @@ impl<'a> Taker<'_, '_, 'a> {
             || wanted
                 .map(|id| &self.facts.wants[id].placed.spec.type_name)
                 .any(|wanted| wanted == type_name)
-    }
-
-    fn orders(&mut self) {
-        let deactivates = self.by_system(&self.deactivates);
-        let deletes = self.by_system(&self.deletes);
-        for (uid, SystemOrders { orders }) in &self.facts.orders {
-            if let Some(steps) = deactivates.get(uid) {
-                self.order("Deactivation", &[&orders.deactivation], steps);
-            }
-            if let Some(steps) = deletes.get(uid) {
-                self.order("ShutDown", &[&orders.shut_down, &orders.finalizing], steps);
-            }
-        }
-    }
-
-    /// System uid → instance → its steps.
-    fn by_system(&self, steps: &BTreeMap<usize, Ix>) -> BTreeMap<&'a str, BySystem<'a>> {
-        let mut by_system: BTreeMap<&'a str, BySystem<'a>> = BTreeMap::new();
-        for (live, step) in steps {
-            if let Some(id) = self.facts.lives[*live].id() {
-                let system = by_system.entry(id.uid).or_default();
-                system.entry(id.instance).or_default().push(*step);
-            }
-        }
-        by_system
-    }
-
-    /// Orders steps. A cycle must not keep anything alive: what closes it is left out.
-    fn order(&mut self, name: &'a str, lists: &[&'a [Condition]], of: &BySystem<'a>) {
-        if lists.iter().all(|list| list.is_empty()) {
-            return;
-        }
-        Order::new(name, lists, of.keys().copied()).walk(|instance, gate| {
-            for step in &of[instance] {
-                self.steps.gate(*step, gate.clone());
-            }
-            Standing::Steps(of[instance].clone())
-        });
-    }
-
-    /// Where the profile is silent, a source is asked to stop before what it feeds.
-    fn prefer_up_stream_first(&mut self) {
-        for (&source, &first) in &self.deactivates {
-            let live = &self.facts.lives[source];
-            let targets: BTreeSet<&str> = live
-                .component
-                .connectors
-                .iter()
-                .map(|c| c.target_incarnation.as_str())
-                .collect();
-            for target in targets {
-                let target = self.facts.by_incarnation.get(target);
-                if let Some(&then) = target.and_then(|live| self.deactivates.get(live)) {
-                    self.steps.prefer(then, first);
-                }
-            }
-        }
     }
 }

@@ -5,8 +5,6 @@
 
 mod world;
 
-use std::fmt::Write as _;
-
 use rts_plan::observed::LifeCycleState;
 use rts_plan::plan::{Blocked, Plan};
 use rts_plan::{plan, render};
@@ -15,79 +13,7 @@ use rts_schemas::system::PortKind;
 use world::World;
 use world::execute::Chance;
 use world::specs::{component, connector, hello, set, stored};
-
-/// The hello line on one node.
-struct Story {
-    world: World,
-    blocked: Blocked,
-}
-
-impl Story {
-    fn new() -> Self {
-        let mut world = World::new(&["local"]);
-        world.apply(hello());
-        Self {
-            world,
-            blocked: Blocked::new(),
-        }
-    }
-
-    /// After the first apply has been carried out.
-    fn running() -> Self {
-        let mut story = Self::new();
-        story.turn();
-        assert!(story.plan().is_empty());
-        story
-    }
-
-    fn plan(&self) -> Plan {
-        let (desired, observed) = (self.world.desired(), self.world.observed());
-        plan(&desired, &observed, &self.blocked)
-    }
-
-    /// Plans, tells, and carries out.
-    fn turn(&mut self) -> String {
-        let plan = self.plan();
-        let chance = Chance {
-            pick: &mut |_| 0,
-            fails: &mut |_| false,
-        };
-        let run = self
-            .world
-            .execute(&plan, chance)
-            .expect("no rule is broken");
-        assert!(run.failed.is_empty());
-        tell(&plan)
-    }
-
-    /// Plans until there is nothing to do, and tells the last turn.
-    fn ends_well(&mut self) {
-        for _ in 0..4 {
-            if self.plan().is_empty() {
-                return;
-            }
-            self.turn();
-        }
-        panic!("no end: {}", self.plan());
-    }
-}
-
-/// The plan as people see it, then its steps.
-fn tell(plan: &Plan) -> String {
-    let mut text = render(plan);
-    for step in &plan.steps {
-        let (id, kind, target) = (step.id, step.work.kind(), &step.target);
-        let _ = write!(text, "{id:>3} {kind:<13}{target}");
-        if !step.needs.is_empty() {
-            let _ = write!(text, "  needs {:?}", step.needs);
-        }
-        if !step.after_start_of.is_empty() {
-            let _ = write!(text, "  after start of {:?}", step.after_start_of);
-        }
-        let _ = writeln!(text, "  ({})", step.reason);
-    }
-    text
-}
+use world::story::{Story, tell};
 
 #[test]
 fn first_apply() {

@@ -1,7 +1,6 @@
 //! Asks the nodes' agents for the modules of a system: one that is missing refuses it before anything is disturbed.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::future::join_all;
@@ -11,7 +10,8 @@ use rts_schemas::system::SystemSpec;
 
 use super::check;
 use crate::core::Core;
-use crate::fleet::Agent;
+use crate::ledger::Standing;
+use crate::sessions::{Lost, Session};
 
 /// Time that an agent has to answer. It may have to ask a module that hangs, for 5 s; it remembers that.
 const DEADLINE: Duration = Duration::from_secs(9);
@@ -38,18 +38,21 @@ pub async fn resolve(
     types: &BTreeMap<String, BTreeSet<String>>,
 ) -> Result<Found, Problem> {
     let agents = agents(core, types)?;
-    let asked = agents.into_iter().map(|(node, agent)| async move {
+    let asked = agents.into_iter().map(|(node, session)| async move {
         let wanted: Vec<String> = types[&node].iter().cloned().collect();
-        let answer = tokio::time::timeout(DEADLINE, agent.resolve_modules(&wanted)).await;
+        let answer = session.agent.resolve_modules(&wanted);
+        let answer = tokio::time::timeout(DEADLINE, answer);
+        let answer = core.sessions.while_live(&node, &session.id, answer).await;
         (node, answer)
     });
     let mut found = Found::default();
     let mut differ = BTreeSet::new();
     for (node, answer) in join_all(asked).await {
         let answer = match answer {
-            Ok(Ok(answer)) => answer,
-            Ok(Err(e)) => return Err(not_ready(&node, &format!("its agent failed: {e}"))),
-            Err(_) => return Err(not_ready(&node, "its agent did not answer in time")),
+            Ok(Ok(Ok(answer))) => answer,
+            Ok(Ok(Err(e))) => return Err(not_ready(&node, &format!("its agent failed: {e}"))),
+            Ok(Err(_)) => return Err(not_ready(&node, "its agent did not answer in time")),
+            Err(Lost) => return Err(not_ready(&node, "its agent was lost")),
         };
         for wanted in &types[&node] {
             let resolution = answer.iter().find(|r| r.type_name == *wanted);
@@ -85,7 +88,7 @@ pub async fn resolve(
 fn agents(
     core: &Core,
     types: &BTreeMap<String, BTreeSet<String>>,
-) -> Result<BTreeMap<String, Arc<dyn Agent>>, Problem> {
+) -> Result<BTreeMap<String, Session>, Problem> {
     types
         .keys()
         .map(|node| {
@@ -96,7 +99,12 @@ fn agents(
             if entry.lost {
                 return Err(not_ready(node, "its agent sends no heartbeats"));
             }
-            Ok((node.clone(), entry.session.agent))
+            if let Some(why) = Standing::get(core, node).message(core, node) {
+                let mut problem = Problem::unavailable("node-not-ready", why);
+                problem.retryable = false;
+                return Err(problem);
+            }
+            Ok((node.clone(), entry.session))
         })
         .collect()
 }

@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use rts_agent_api::ClientError;
 use rts_agent_api::client::HttpAgent;
 use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory, ModuleRequest};
 use rts_controller_api::Problem;
@@ -11,6 +12,7 @@ use super::audit::audit;
 use super::extract::Segments;
 use super::{Answer, App, of_agent};
 use crate::fleet::http_agent;
+use crate::sessions::Lost;
 
 /// Loads a module by hand.
 #[utoipa::path(
@@ -26,9 +28,10 @@ pub async fn load(
     Json(request): Json<ModuleRequest>,
 ) -> Answer<Json<Factory>> {
     audit(&principal, "load-module", &format!("manager/{name}"));
-    let answer = agent(&app, &node)?.load_module(&name, &request).await;
-    app.core.wake.notify_one();
-    Ok(Json(answer.map_err(|e| of_agent(&node, e))?))
+    let answer = change(&app, &node, async |agent| {
+        agent.load_module(&name, &request).await
+    });
+    Ok(Json(answer.await?))
 }
 
 /// Unloads a module.
@@ -43,9 +46,10 @@ pub async fn unload(
     Segments((node, name, type_name)): Segments<(String, String, String)>,
 ) -> Answer<StatusCode> {
     audit(&principal, "unload-module", &format!("manager/{name}"));
-    let answer = agent(&app, &node)?.unload_module(&name, &type_name).await;
-    app.core.wake.notify_one();
-    answer.map_err(|e| of_agent(&node, e))?;
+    let answer = change(&app, &node, async |agent| {
+        agent.unload_module(&name, &type_name).await
+    });
+    answer.await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -60,8 +64,8 @@ pub async fn factories(
     _: Principal,
     Segments((node, name)): Segments<(String, String)>,
 ) -> Answer<Json<Vec<Factory>>> {
-    let answer = agent(&app, &node)?.factories(&name).await;
-    Ok(Json(answer.map_err(|e| of_agent(&node, e))?))
+    let answer = ask(&app, &node, async |agent| agent.factories(&name).await);
+    Ok(Json(answer.await?))
 }
 
 /// Creates a component by hand.
@@ -78,9 +82,10 @@ pub async fn create(
     Json(request): Json<CreateByHand>,
 ) -> Answer<Json<CreatedByHand>> {
     audit(&principal, "create-by-hand", &format!("manager/{name}"));
-    let answer = agent(&app, &node)?.create(&name, &request).await;
-    app.core.wake.notify_one();
-    Ok(Json(answer.map_err(|e| of_agent(&node, e))?))
+    let answer = change(&app, &node, async |agent| {
+        agent.create(&name, &request).await
+    });
+    Ok(Json(answer.await?))
 }
 
 /// Deletes a component that was created by hand.
@@ -99,10 +104,43 @@ pub async fn delete(
         "delete-by-hand",
         &format!("component/{instance}"),
     );
-    let answer = agent(&app, &node)?.delete_component(&name, &instance).await;
-    app.core.wake.notify_one();
-    answer.map_err(|e| of_agent(&node, e))?;
+    let answer = change(&app, &node, async |agent| {
+        agent.delete_component(&name, &instance).await
+    });
+    answer.await?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Asks the agent of a node; its loss, or the time-out of its client, ends that.
+async fn ask<T>(
+    app: &App,
+    node: &str,
+    work: impl AsyncFnOnce(&HttpAgent) -> Result<T, ClientError>,
+) -> Result<T, Problem> {
+    let agent = agent(app, node)?;
+    let sessions = &app.core.sessions;
+    let session = sessions
+        .get(node)
+        .map_or_else(String::new, |e| e.session.id);
+    match sessions.while_live(node, &session, work(&agent)).await {
+        Ok(answer) => answer.map_err(|e| of_agent(node, e)),
+        Err(Lost) => Err(Problem::unavailable(
+            "agent-unreachable",
+            format!("the agent of node {node} was lost; whether it still did it is unknown"),
+        )),
+    }
+}
+
+/// The same for what changes the node: what was told of it before is then of yesterday.
+async fn change<T>(
+    app: &App,
+    node: &str,
+    work: impl AsyncFnOnce(&HttpAgent) -> Result<T, ClientError>,
+) -> Result<T, Problem> {
+    let answer = ask(app, node, work).await;
+    app.core.sessions.doubt(node);
+    app.core.wake.notify_one();
+    answer
 }
 
 /// The agent of a node that greeted.

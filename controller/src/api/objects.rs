@@ -1,8 +1,13 @@
 //! Lists, watches and single objects.
 
+use std::time::Duration;
+
+use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use futures_util::stream;
+use rts_agent_api::messages::LogQuery;
 use rts_controller_api::Problem;
 use rts_controller_api::objects::{Component, Connector, Event, Kind, List, Manager, Node, System};
 use rts_controller_api::watch::WatchEvent;
@@ -13,9 +18,8 @@ use super::extract::{Params, Segments};
 use super::{Answer, App, managers, of_agent, watch};
 use crate::view::{Resource, key};
 
-/// Lines of a log that may be asked for.
-const MAX_TAIL: usize = 100_000;
-const DEFAULT_TAIL: usize = 200;
+/// How long an agent may take to open a log.
+const OPEN_LOG: Duration = Duration::from_secs(10);
 
 /// Query of a list.
 #[derive(Debug, Default, Deserialize)]
@@ -25,13 +29,6 @@ pub struct ListQuery {
     watch: Option<String>,
     /// Version to watch from; none begins with all objects as they are.
     resource_version: Option<String>,
-}
-
-/// Query of a log.
-#[derive(Debug, Deserialize)]
-pub struct LogQuery {
-    /// Lines.
-    tail: Option<usize>,
 }
 
 macro_rules! collection {
@@ -141,22 +138,55 @@ pub async fn component(
     })
 }
 
-/// The last lines of a component's log.
+/// A component's log as its agent sends it; what breaks there breaks off here.
 #[utoipa::path(
     get, path = "/v1/components/{node}/{instance}/log",
-    params(("node" = String, Path,), ("instance" = String, Path,), ("tail" = Option<usize>, Query,)),
-    responses((status = 200, body = String, content_type = "text/plain"), (status = 404, body = Problem), (status = 503, body = Problem))
+    params(
+        ("node" = String, Path,), ("instance" = String, Path,),
+        ("tail" = Option<usize>, Query, description = "Lines from the end, at most 10000; none for 200, or for all with since or previous"),
+        ("follow" = Option<bool>, Query, description = "Stay, and send what is added, across rotations and restarts"),
+        ("previous" = Option<bool>, Query, description = "Of the incarnation before the newest only; not with follow"),
+        ("since" = Option<String>, Query, description = "Only lines from this time on, RFC 3339")
+    ),
+    responses(
+        (status = 200, body = String, content_type = "text/plain"),
+        (status = 400, body = Problem),
+        (status = 404, description = "not-found, no-previous", body = Problem),
+        (status = 503, body = Problem)
+    )
 )]
 pub async fn log(
     State(app): State<App>,
     _: Principal,
     Segments((node, instance)): Segments<(String, String)>,
     Params(query): Params<LogQuery>,
-) -> Answer<String> {
-    let tail = query.tail.unwrap_or(DEFAULT_TAIL).min(MAX_TAIL);
+) -> Answer<Response> {
+    let permit = if query.follow {
+        Some(watch::permit(&app)?)
+    } else {
+        None
+    };
     let agent = managers::agent(&app, &node)?;
-    let text = agent.log(&instance, tail).await;
-    Ok(text.map_err(|e| of_agent(&node, e))?)
+    let opened = tokio::time::timeout(OPEN_LOG, agent.stream_log(&instance, &query)).await;
+    let silent = |_| {
+        let detail = format!("the agent of node {node} does not answer");
+        Problem::unavailable("agent-unreachable", detail)
+    };
+    let log = opened.map_err(silent)?.map_err(|e| of_agent(&node, e))?;
+    let pieces = stream::try_unfold(
+        (log, app.ending.clone(), permit),
+        |(mut log, mut ending, permit)| async move {
+            let chunk = tokio::select! {
+                chunk = log.chunk() => chunk.map_err(std::io::Error::other)?,
+                _ = ending.wait_for(|ending| *ending) => {
+                    return Err(std::io::Error::other("the controller ends"));
+                }
+            };
+            Ok(chunk.map(|bytes| (bytes, (log, ending, permit))))
+        },
+    );
+    let kind = [(header::CONTENT_TYPE, "text/plain; charset=utf-8")];
+    Ok((kind, Body::from_stream(pieces)).into_response())
 }
 
 /// One connector.

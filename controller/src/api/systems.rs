@@ -9,11 +9,11 @@ use rts_controller_api::requests::{ApplyRequest, ApplyResult, PlanResult};
 use rts_http::server::{Json, Principal};
 
 use super::audit::audit;
-use super::extract::Segments;
+use super::extract::{Params, Segments};
 use super::objects::with_etag;
 use super::{Answer, App};
 use crate::admit;
-use crate::apply::{Precondition, apply_if, delete as begin_deletion, find};
+use crate::apply::{Precondition, apply_if, delete_but, find};
 
 /// One system.
 #[utoipa::path(
@@ -106,16 +106,31 @@ pub async fn stored_plan(
     Ok(Json(PlanResult { plan, notes }))
 }
 
+/// Nodes of a DELETE's query that are not waited for.
+fn forgotten(query: Vec<(String, String)>) -> Answer<Vec<String>> {
+    let known = |(key, node): (String, String)| match key.as_str() {
+        "forgetNode" => Ok(node),
+        other => Err(Problem::bad_request(format!(
+            "{other} is not known here: write forgetNode=NODE"
+        ))
+        .into()),
+    };
+    query.into_iter().map(known).collect()
+}
+
 /// Asks for a system's end. It is gone when it is answered with 404.
 #[utoipa::path(
     delete, path = "/v1/systems/{name}",
     params(
         ("name" = String, Path,),
+        ("forgetNode" = Option<Vec<String>>, Query,
+            description = "Unknown nodes whose part is not waited for; when they come back, it is stopped"),
         ("If-Match" = Option<String>, Header, description = "ETags of which the stored system must have one, or *")
     ),
     responses(
         (status = 202, body = System, headers(("ETag" = String, description = "The resourceVersion"))),
-        (status = 404, body = Problem), (status = 412, body = Problem), (status = 503, body = Problem),
+        (status = 404, body = Problem), (status = 409, description = "A node to be forgotten is not Unknown", body = Problem),
+        (status = 412, body = Problem), (status = 503, body = Problem),
         (status = 507, description = "The disk of the store is full", body = Problem)
     )
 )]
@@ -123,10 +138,12 @@ pub async fn delete(
     State(app): State<App>,
     principal: Principal,
     Segments(name): Segments<String>,
+    Params(query): Params<Vec<(String, String)>>,
     headers: HeaderMap,
 ) -> Answer<Response> {
     audit(&principal, "delete", &format!("system/{name}"));
-    let system = begin_deletion(&app.core, &name, if_match(&headers)).await?;
+    let forgotten = forgotten(query)?;
+    let system = delete_but(&app.core, &name, if_match(&headers), forgotten).await?;
     let mut response = with_etag(system);
     *response.status_mut() = StatusCode::ACCEPTED;
     Ok(response)

@@ -42,9 +42,7 @@ struct Reader {
 
 /// Answers with a stream that begins after a version, or with all objects as they are.
 pub fn watch(app: &App, kind: Kind, from: Option<u64>) -> Answer<Response> {
-    let permit = Arc::clone(&app.watches)
-        .try_acquire_owned()
-        .map_err(|_| Problem::unavailable("too-many-watches", "too many watches are open"))?;
+    let permit = permit(app)?;
     let latest = app.core.view.subscribe();
     let (pending, after) = match from {
         Some(version) => app.core.view.changes(kind, version)?,
@@ -67,6 +65,13 @@ pub fn watch(app: &App, kind: Kind, from: Option<u64>) -> Answer<Response> {
     });
     let keep_alive = KeepAlive::new().interval(KEEP_ALIVE);
     Ok(Sse::new(events).keep_alive(keep_alive).into_response())
+}
+
+/// Room for one more stream that has no end of its own.
+pub fn permit(app: &App) -> Result<OwnedSemaphorePermit, Problem> {
+    Arc::clone(&app.watches)
+        .try_acquire_owned()
+        .map_err(|_| Problem::unavailable("too-many-watches", "too many watches are open"))
 }
 
 impl Reader {

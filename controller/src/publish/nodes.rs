@@ -23,6 +23,12 @@ fn known(scene: &Scene<'_>, name: &str, entry: &NodeEntry) -> Node {
         .inventories
         .get(name)
         .map_or(&[][..], |(inventory, _)| &inventory.managers[..]);
+    let fenced = scene.fenced.get(name).filter(|_| !entry.lost);
+    let state = match fenced {
+        Some(_) => "NotReady",
+        None => entry.state(),
+    };
+    let silent = entry.silent.as_ref().filter(|_| !entry.lost);
     let components: usize = managers.iter().map(|m| m.components.len()).sum();
     object(
         Kind::Node,
@@ -37,12 +43,20 @@ fn known(scene: &Scene<'_>, name: &str, entry: &NodeEntry) -> Node {
             aliases: entry.session.aliases.clone(),
         },
         NodeStatus {
-            state: entry.state().to_owned(),
+            state: state.to_owned(),
             last_seen: Some(entry.session.seen),
             version: entry.session.version.clone(),
             session: entry.session.id.clone(),
             managers: u32::try_from(managers.len()).unwrap_or(u32::MAX),
             components: u32::try_from(components).unwrap_or(u32::MAX),
+            reason: match fenced {
+                Some(fenced) => Some(fenced.reason.to_owned()),
+                None => silent.map(|_| "Silent".to_owned()),
+            },
+            message: fenced
+                .map(|fenced| fenced.message.clone())
+                .or(silent.cloned()),
+            ledger: fenced.and_then(|fenced| fenced.ledger.clone()),
         },
     )
 }

@@ -12,7 +12,7 @@ use rts_schemas::system::{ConnectorSpec, PortKind};
 use super::conditions::conditions;
 use super::{Scene, object, waiting};
 use crate::core::RunState;
-use crate::reconcile::Backoff;
+use crate::reconcile::{Backoff, is_free_of};
 use crate::store::SystemRecord;
 
 /// Running steps that are shown.
@@ -163,6 +163,7 @@ impl Facts {
             waiting_on: self.waiting.clone(),
             notes: notes(scene, record),
             drift: drift(scene, record),
+            tombstones: tombstones(scene, record),
             components: count(record.spec.components.len()),
             active: count(self.active),
         }
@@ -262,6 +263,23 @@ fn drift(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
         }
     }
     drift
+}
+
+/// Nodes on which something of a deleted system may be left, once nothing is left where it can be asked.
+fn tombstones(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
+    let mut silent = Vec::new();
+    for node in record.nodes.difference(&record.forgotten) {
+        match scene.world.observed.nodes.get(node) {
+            Some(NodeObserved::Known(inventory)) if is_free_of(inventory, &record.uid) => {}
+            Some(NodeObserved::Known(_)) => return Vec::new(),
+            _ => silent.push(node.clone()),
+        }
+    }
+    if record.deleted.is_some() {
+        silent
+    } else {
+        Vec::new()
+    }
 }
 
 fn count(n: usize) -> u32 {

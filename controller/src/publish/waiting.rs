@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::objects::Waiting;
+use rts_plan::observed::{Held, NodeObserved};
 use rts_plan::target;
 use tokio::time::Instant;
 
@@ -52,10 +53,23 @@ pub fn reasons(
             reasons.insert(target.to_owned(), lasting(&entry.reason));
         }
     }
+    for held in held(world) {
+        reasons.insert(target::component(&held.instance), lasting(&held.reason));
+    }
     for (node, reason) in &world.faults {
         reasons.insert(target::node(node), lasting(reason));
     }
     reasons
+}
+
+/// What agents do not bring up again.
+fn held(world: &World) -> impl Iterator<Item = &Held> {
+    let known = world.observed.nodes.values().map(|node| match node {
+        NodeObserved::Known(inventory) => &inventory.held[..],
+        NodeObserved::Unknown { .. } => &[],
+    });
+    let wanted = |held: &&Held| world.planned.contains_key(&held.system.uid);
+    known.flatten().filter(wanted)
 }
 
 fn lasting(text: &str) -> Reason {

@@ -4,27 +4,11 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use jiff::{SignedDuration, Timestamp};
+use rts_plan::backoff::{RESET_AFTER, delay};
 use rts_plan::plan::Blocked;
 use tokio::time::Instant;
 
 use crate::clock::Chance;
-
-/// Delay after the first failure.
-pub const FIRST: Duration = Duration::from_millis(500);
-/// Longest delay before jitter.
-pub const LONGEST: Duration = Duration::from_secs(60);
-/// Share of the delay by which it is changed at most, either way.
-pub const JITTER: f64 = 0.2;
-/// After this long without a failure a target's tries are forgotten.
-const HEALTHY: Duration = Duration::from_secs(600);
-
-/// Delay after the `tries`th failure; `chance` is in 0.0..1.0.
-pub fn delay(tries: u32, chance: f64) -> Duration {
-    // 2^7 × 0.5 s is above the cap already: a larger exponent would only overflow.
-    let doublings = tries.saturating_sub(1).min(7);
-    let plain = FIRST.saturating_mul(1 << doublings).min(LONGEST);
-    plain.mul_f64(1.0 + JITTER * (2.0 * chance.clamp(0.0, 1.0) - 1.0))
-}
 
 /// The target in a key of [`rts_plan::target::on`].
 pub fn target_of(key: &str) -> &str {
@@ -112,8 +96,8 @@ impl Backoff {
         self.targets.retain(|_, entry| {
             let healthy = entry
                 .healthy_since
-                .is_some_and(|since| now.duration_since(since) >= HEALTHY);
-            let stale = entry.until.is_some_and(|until| until + HEALTHY <= now);
+                .is_some_and(|since| now.duration_since(since) >= RESET_AFTER);
+            let stale = entry.until.is_some_and(|until| until + RESET_AFTER <= now);
             !healthy && !stale
         });
     }
@@ -147,8 +131,6 @@ impl Backoff {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
 
     struct Half;
@@ -163,28 +145,6 @@ mod tests {
         }
     }
 
-    proptest! {
-        #[test]
-        fn a_delay_is_never_zero_and_never_above_the_cap(tries: u32, chance in 0.0..=1.0f64) {
-            let delay = delay(tries, chance);
-            prop_assert!(delay >= FIRST.mul_f64(1.0 - JITTER));
-            prop_assert!(delay <= LONGEST.mul_f64(1.0 + JITTER));
-        }
-
-        #[test]
-        fn a_later_try_waits_at_least_as_long(tries in 0..u32::MAX, chance in 0.0..=1.0f64) {
-            prop_assert!(delay(tries + 1, chance) >= delay(tries, chance));
-        }
-    }
-
-    #[test]
-    fn delays_double_to_a_minute() {
-        let plain: Vec<_> = [1, 2, 3, 7, 8, 64, u32::MAX]
-            .map(|tries| delay(tries, 0.5).as_millis())
-            .to_vec();
-        assert_eq!(plain, [500, 1000, 2000, 32000, 60000, 60000, 60000]);
-    }
-
     #[tokio::test(start_paused = true)]
     async fn tries_count_on_after_a_success_and_are_forgotten_after_ten_minutes() {
         let mut backoff = Backoff::default();
@@ -197,7 +157,7 @@ mod tests {
         assert_eq!(again, Duration::from_secs(1));
         backoff.succeeded("component/A0");
         assert!(backoff.blocked().is_empty() && backoff.next().is_none());
-        tokio::time::advance(HEALTHY).await;
+        tokio::time::advance(RESET_AFTER).await;
         backoff.tidy();
         assert!(backoff.get("component/A0").is_none());
     }

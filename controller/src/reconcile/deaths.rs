@@ -2,9 +2,10 @@
 //! is in Error again soon after it was activated.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
 
-use rts_plan::observed::{NodeObserved, Observed};
+use rts_plan::backoff::RESET_AFTER;
+use rts_plan::desired::ManagerKey;
+use rts_plan::observed::{ManagerObserved, NodeObserved, Observed};
 use rts_plan::plan::{Plan, Step, Work};
 use rts_plan::target::on;
 use tokio::time::Instant;
@@ -13,10 +14,8 @@ use super::by_system::key;
 use crate::core::Core;
 use crate::view::Happening;
 
-/// A target that lived longer than this starts without delay.
-const YOUNG: Duration = Duration::from_secs(600);
-
-/// When each target was last brought up, while nobody took it down.
+/// When each target was last brought up, while nobody took it down. One that lived longer than [`RESET_AFTER`] starts
+/// without delay.
 #[derive(Debug, Default)]
 pub struct Deaths {
     up: BTreeMap<(String, String), Instant>,
@@ -46,14 +45,18 @@ impl Deaths {
         observed: &Observed,
         busy: &BTreeSet<String>,
     ) -> bool {
-        self.up.retain(|_, at| at.elapsed() < YOUNG);
+        self.up.retain(|_, at| at.elapsed() < RESET_AFTER);
         let mut any = false;
         for step in plan.steps.iter().filter(|step| !busy.contains(key(step))) {
             let reason = match &step.work {
-                Work::StartManager { manager } if !is_there(observed, &step.node, manager) => {
-                    "its process ended by itself"
-                }
-                Work::Reset { .. } => "it went to Error soon after it was activated",
+                Work::StartManager { manager } => match found(observed, &step.node, manager) {
+                    Some(None) => "its process ended by itself".to_owned(),
+                    Some(Some(ManagerObserved {
+                        expired: Some(why), ..
+                    })) => format!("its process is replaced: {why}"),
+                    _ => continue,
+                },
+                Work::Reset { .. } => "it went to Error soon after it was activated".to_owned(),
                 _ => continue,
             };
             let who = (step.node.clone(), step.target.clone());
@@ -65,7 +68,7 @@ impl Deaths {
             let rng = core.rng.as_ref();
             let now = core.clock.now();
             let blocked = on(&step.node, &step.target);
-            let delay = core.backoff().failed(&blocked, system, reason, rng, now);
+            let delay = core.backoff().failed(&blocked, system, &reason, rng, now);
             let message = format!("{reason}; started again in {:.1} s", delay.as_secs_f64());
             core.record(Happening::warning("BackOff", &step.target, message).of(system));
         }
@@ -73,9 +76,16 @@ impl Deaths {
     }
 }
 
-fn is_there(observed: &Observed, node: &str, key: &rts_plan::desired::ManagerKey) -> bool {
+/// The manager as observed; none when its node is unknown, `Some(None)` when it is not there.
+fn found<'a>(
+    observed: &'a Observed,
+    node: &str,
+    key: &ManagerKey,
+) -> Option<Option<&'a ManagerObserved>> {
     match observed.nodes.get(node) {
-        Some(NodeObserved::Known(inventory)) => inventory.managers.iter().any(|m| m.key == *key),
-        _ => true,
+        Some(NodeObserved::Known(inventory)) => {
+            Some(inventory.managers.iter().find(|m| m.key == *key))
+        }
+        _ => None,
     }
 }

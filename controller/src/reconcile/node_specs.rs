@@ -11,6 +11,9 @@ use rts_plan::desired::{Desired, NodeSpec};
 
 use crate::core::Core;
 use crate::fleet::Agent;
+use crate::ledger::fence;
+use crate::ledger::settle::settled;
+use crate::sessions::Lost;
 
 /// Time for an agent to store a NodeSpec.
 const DEADLINE: Duration = Duration::from_secs(5);
@@ -78,31 +81,34 @@ impl NodeSpecs {
     }
 
     /// Sends what is not acknowledged yet. Gives the nodes that did not take theirs, and why.
-    pub async fn send(&mut self, desired: &Desired) -> BTreeMap<String, String> {
+    /// Nothing is sent to nodes that are `fenced`.
+    pub async fn send(
+        &mut self,
+        desired: &Desired,
+        fenced: &BTreeMap<String, String>,
+    ) -> BTreeMap<String, String> {
         let mut faults = BTreeMap::new();
         let mut sendings = Vec::new();
         for (node, spec) in &desired.nodes {
+            if fenced.contains_key(node) {
+                self.acked.remove(node);
+                continue;
+            }
             match self.prepare(node, spec).await {
                 Ok(sending) => sendings.extend(sending),
                 Err(reason) => drop(faults.insert(node.clone(), reason)),
             }
         }
-        let answers = join_all(sendings.into_iter().map(|sending| async move {
-            let put = sending.agent.put_node_spec(&sending.envelope);
-            let answer = match tokio::time::timeout(DEADLINE, put).await {
-                Ok(Ok(_)) => Ok(()),
-                Ok(Err(e)) => Err(format!("its agent refused the node's spec: {e}")),
-                Err(_) => Err(format!(
-                    "its agent did not store the node's spec within {} s",
-                    DEADLINE.as_secs()
-                )),
-            };
-            (sending, answer)
-        }))
-        .await;
-        for (sending, answer) in answers {
+        let core = Arc::clone(&self.core);
+        let puts = sendings.into_iter().map(|sending| put(&core, sending));
+        for (sending, answer) in join_all(puts).await {
             match answer {
                 Ok(()) => {
+                    let ledger = fence(&sending.envelope);
+                    self.core
+                        .sessions
+                        .stored(&sending.node, &sending.session, ledger);
+                    settled(&self.core, &sending.node).await;
                     let acked = (sending.session, sending.envelope.generation);
                     self.acked.insert(sending.node, acked);
                 }
@@ -118,31 +124,33 @@ impl NodeSpecs {
     /// What is to be sent to a node; nothing when it has it, cannot be reached, or never ran anything.
     async fn prepare(&self, node: &str, spec: &NodeSpec) -> Result<Option<Sending>, String> {
         let stored = self.core.registry().nodes.get(node).cloned();
-        if stored.is_none() && spec.systems.is_empty() {
-            return Ok(None);
-        }
-        let digest = rts_plan::digest(spec);
-        let mut generation = stored.unwrap_or_default();
-        let applied = self.core.sessions.get(node).and_then(|e| e.session.applied);
-        if let Some(applied) = applied.filter(|applied| *applied > generation.generation) {
-            // A store older than the agent's ledger: its next number must be above what the agent has seen.
-            generation.generation = applied;
-            generation.digest.clear();
-        }
-        if generation.digest != digest {
-            generation.generation += 1;
-            generation.digest.clone_from(&digest);
-            let store = &self.core.store;
-            store
-                .put_node(node.to_owned(), generation.clone())
-                .await
-                .map_err(|e| crate::chain(&e))?;
-            let mut registry = self.core.registry();
-            registry.nodes.insert(node.to_owned(), generation.clone());
-        }
+        // Numbers are given out only where they are sent: a node that is away may come back with newer ones.
         let Some(entry) = self.core.sessions.get(node).filter(|entry| !entry.lost) else {
             return Ok(None);
         };
+        let ledger = entry.session.ledger.as_ref();
+        let own = ledger.filter(|ledger| ledger.cluster_uid == self.core.cluster_uid);
+        let known = stored.is_some() || own.is_some() || entry.session.claim.is_some();
+        if !known && spec.systems.is_empty() {
+            return Ok(None);
+        }
+        let digest = rts_plan::digest(spec);
+        let epoch = self.core.epoch();
+        let mut given = stored.unwrap_or_default();
+        if let Some(ledger) = own.filter(|ledger| ledger.generation > given.generation) {
+            // The store wins over a newer ledger: its next number must be above what the agent has seen.
+            given.generation = ledger.generation;
+            given.digest.clear();
+        }
+        if given.digest != digest || given.epoch != epoch {
+            given.generation += 1;
+            given.epoch = epoch;
+            given.digest.clone_from(&digest);
+            let put = self.core.store.put_node(node.to_owned(), given.clone());
+            put.await.map_err(|e| crate::chain(&e))?;
+            let mut registry = self.core.registry();
+            registry.nodes.insert(node.to_owned(), given.clone());
+        }
         if self.acked(node, &entry.session.id).is_some() {
             return Ok(None);
         }
@@ -152,12 +160,31 @@ impl NodeSpecs {
             agent: entry.session.agent,
             envelope: NodeSpecEnvelope {
                 cluster_uid: self.core.cluster_uid.clone(),
-                epoch: self.core.epoch,
-                generation: generation.generation,
+                epoch,
+                generation: given.generation,
                 digest,
-                take_over: None,
+                take_over: entry.session.claim,
                 spec: spec.clone(),
             },
         }))
     }
+}
+
+/// Sends one node's spec and waits until its agent has stored it, or is lost.
+async fn put(core: &Core, sending: Sending) -> (Sending, Result<(), String>) {
+    let stored = sending.agent.put_node_spec(&sending.envelope);
+    let stored = tokio::time::timeout(DEADLINE, stored);
+    let stored = core
+        .sessions
+        .while_live(&sending.node, &sending.session, stored);
+    let answer = match stored.await {
+        Ok(Ok(Ok(_))) => Ok(()),
+        Ok(Ok(Err(e))) => Err(format!("its agent refused the node's spec: {e}")),
+        Ok(Err(_)) => Err(format!(
+            "its agent did not store the node's spec within {} s",
+            DEADLINE.as_secs()
+        )),
+        Err(Lost) => Err("its agent was lost".to_owned()),
+    };
+    (sending, answer)
 }

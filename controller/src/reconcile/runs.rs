@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rts_agent_api::messages::StepOutcome;
-use rts_plan::plan::{Plan, Work};
+use rts_plan::plan::Plan;
 use tokio::sync::watch;
 use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::Instant;
@@ -43,7 +43,6 @@ struct Ended {
     succeeded: bool,
     superseded: bool,
     faults: BTreeMap<String, String>,
-    down: Vec<TakenDown>,
     /// Kinds and targets of its steps.
     work: Vec<(&'static str, String)>,
 }
@@ -80,19 +79,6 @@ impl Last {
     fn rests(&self, now: Instant) -> bool {
         self.fruitless >= FRUITLESS && now.duration_since(self.at) < SLOW_TICK
     }
-}
-
-/// What a run took down on purpose: a component, or all that a manager held.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TakenDown {
-    /// Node.
-    pub node: String,
-    /// System uid.
-    pub uid: String,
-    /// Manager (`main`).
-    pub manager: String,
-    /// Instance; none for all of the manager.
-    pub instance: Option<String>,
 }
 
 struct Run {
@@ -151,9 +137,8 @@ impl Runs {
         rest.map(|(key, _)| key.clone()).collect()
     }
 
-    /// Takes in the runs that have ended. Gives what they took down.
-    pub fn collect(&mut self) -> Vec<TakenDown> {
-        let mut down = Vec::new();
+    /// Takes in the runs that have ended.
+    pub fn collect(&mut self) {
         while let Some(joined) = self.tasks.try_join_next() {
             let Ok(mut ended) = joined else { continue };
             if ended.superseded {
@@ -167,10 +152,8 @@ impl Runs {
             } else {
                 self.faults.insert(ended.key, ended.faults);
             }
-            down.extend(ended.down);
         }
         self.busy.retain(|_, task| !task.is_finished());
-        down
     }
 
     /// Starts a run for each system that has steps and no run.
@@ -234,21 +217,17 @@ impl Run {
     async fn carry_out(mut self) -> Ended {
         let plan_id = self.core.rng.uuid();
         let peers = std::mem::take(&mut self.peers);
-        let store = (self.core.cluster_uid.as_str(), self.core.epoch);
+        let store = (self.core.cluster_uid.as_str(), self.core.epoch());
         let mut run = Executor::start(&self.plan, &plan_id, store, peers, &self.absent);
         let mut publish = tokio::time::interval(PROGRESS);
         publish.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut dirty = true;
-        let mut down = Vec::new();
         loop {
             tokio::select! {
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
                         let current = self.is_current();
                         results::take(&self.core, step, &outcome, &mut lock(&self.deaths), current);
-                        if outcome == StepOutcome::Succeeded {
-                            down.extend(taken_down(&step.node, &self.key, &step.work));
-                        }
                     }
                     dirty = true;
                     if !more {
@@ -266,11 +245,15 @@ impl Run {
         let steps = self.plan.steps.iter();
         let work = steps.map(|step| (step.work.kind(), step.target.clone()));
         let mut outcomes = run.progress.ended.values();
+        // What was told before the last step ended says nothing about it.
+        let nodes: BTreeSet<&String> = self.plan.steps.iter().map(|step| &step.node).collect();
+        for node in nodes {
+            self.core.sessions.doubt(node);
+        }
         let ended = Ended {
             succeeded: outcomes.any(|outcome| *outcome == StepOutcome::Succeeded),
             superseded: self.desired.has_changed().unwrap_or(false),
             faults: run.faults.clone(),
-            down,
             work: work.collect(),
             key: self.key.clone(),
         };
@@ -292,20 +275,6 @@ impl Run {
         };
         self.core.world().runs.insert(self.key.clone(), state);
     }
-}
-
-fn taken_down(node: &str, uid: &str, work: &Work) -> Option<TakenDown> {
-    let (manager, instance) = match work {
-        Work::Delete { manager, instance } => (manager, Some(instance.clone())),
-        Work::StopManager { manager, .. } => (manager, None),
-        _ => return None,
-    };
-    Some(TakenDown {
-        node: node.to_owned(),
-        uid: uid.to_owned(),
-        manager: manager.name.clone(),
-        instance,
-    })
 }
 
 fn lock(deaths: &Mutex<Deaths>) -> MutexGuard<'_, Deaths> {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use rts_plan::observed::{NodeObserved, Observed};
+use rts_plan::desired::SystemRef;
+use rts_plan::observed::{Inventory, NodeObserved, Observed};
 
 use super::node_specs::NodeSpecs;
 use crate::core::Core;
@@ -38,20 +39,24 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
 }
 
 fn is_gone(core: &Core, specs: &NodeSpecs, observed: &Observed, record: &SystemRecord) -> bool {
-    record.nodes.iter().all(|node| {
+    let asked = record.nodes.difference(&record.forgotten);
+    asked.into_iter().all(|node| {
         let stored = core
             .sessions
             .get(node)
             .is_some_and(|entry| specs.acked(node, &entry.session.id).is_some());
         let empty = match observed.nodes.get(node) {
-            Some(NodeObserved::Known(inventory)) => inventory.managers.iter().all(|manager| {
-                let of = |system: &Option<rts_plan::desired::SystemRef>| {
-                    system.as_ref().is_some_and(|s| s.uid == record.uid)
-                };
-                !of(&manager.key.system) && !manager.components.iter().any(|c| of(&c.system))
-            }),
+            Some(NodeObserved::Known(inventory)) => is_free_of(inventory, &record.uid),
             _ => false,
         };
         stored && empty
+    })
+}
+
+/// True when nothing of a system is left on a node.
+pub fn is_free_of(inventory: &Inventory, uid: &str) -> bool {
+    let of = |system: &Option<SystemRef>| system.as_ref().is_some_and(|s| s.uid == uid);
+    inventory.managers.iter().all(|manager| {
+        !of(&manager.key.system) && !manager.components.iter().any(|c| of(&c.system))
     })
 }

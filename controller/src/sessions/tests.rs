@@ -1,6 +1,8 @@
 use std::time::Duration;
 
-use rts_plan::observed::Inventory;
+use rts_plan::delta::InventoryDelta;
+use rts_plan::desired::ManagerKey;
+use rts_plan::observed::{Inventory, ManagerObserved};
 
 use super::*;
 use crate::fleet::http_agent;
@@ -24,9 +26,153 @@ fn greet(sessions: &Sessions, session: &str) -> Result<bool, Problem> {
 }
 
 fn beat(sessions: &Sessions, session: &str, revision: u64) -> Result<Beat, u16> {
+    told(sessions, session, revision, None)
+}
+
+fn told(
+    sessions: &Sessions,
+    session: &str,
+    revision: u64,
+    delta: Option<InventoryDelta>,
+) -> Result<Beat, u16> {
+    let mut heartbeat = Heartbeat {
+        inventory_revision: revision,
+        delta,
+        events: Vec::new(),
+    };
     sessions
-        .beat("n", session, revision, Timestamp::UNIX_EPOCH)
+        .beat("n", session, &mut heartbeat, Timestamp::UNIX_EPOCH)
         .map_err(|problem| problem.status)
+}
+
+/// Tells of one manager per revision: the newest has the number of the revision.
+fn inventory(revision: u64) -> Inventory {
+    let manager = |number: u64| ManagerObserved {
+        key: ManagerKey {
+            system: None,
+            name: format!("m{}", number % 3),
+        },
+        incarnation: format!("i{number}"),
+        pid: 1,
+        started: String::new(),
+        responsive: true,
+        expired: None,
+        modules: Default::default(),
+        components: Vec::new(),
+    };
+    let first = revision.saturating_sub(2);
+    let mut managers: Vec<_> = (first..=revision).map(manager).collect();
+    managers.sort_by(|a, b| a.key.cmp(&b.key));
+    Inventory {
+        node: "n".into(),
+        revision,
+        managers,
+        held: Vec::new(),
+    }
+}
+
+fn delta(from: u64, to: u64) -> Option<InventoryDelta> {
+    Some(inventory(to).since(&inventory(from)))
+}
+
+const AGE: Duration = Duration::from_secs(5);
+
+fn known(sessions: &Sessions) -> Option<u64> {
+    let entry = sessions.get("n").unwrap();
+    let current = entry.current(AGE)?;
+    assert_eq!(*current, inventory(current.revision), "it is the truth");
+    Some(current.revision)
+}
+
+/// Asks for all, as the loop does when it cannot rely on what was told.
+fn ask(sessions: &Sessions, revision: u64) {
+    let question = sessions.get("n").unwrap().question();
+    sessions.observed("n", &question, Ok(&inventory(revision)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn deltas_that_are_lost_doubled_or_overtaken_never_leave_a_wrong_copy() {
+    let sessions = Sessions::default();
+    greet(&sessions, "a").unwrap();
+    ask(&sessions, 3);
+    assert_eq!(known(&sessions), Some(3));
+    told(&sessions, "a", 4, delta(3, 4)).unwrap();
+    assert_eq!(known(&sessions), Some(4));
+    let doubled = told(&sessions, "a", 4, delta(3, 4)).unwrap();
+    assert!(!doubled.inventory_changed);
+    assert_eq!(known(&sessions), Some(4));
+    // 4 → 5 is lost.
+    assert!(
+        told(&sessions, "a", 6, delta(5, 6))
+            .unwrap()
+            .inventory_changed
+    );
+    assert_eq!(known(&sessions), None);
+    // It comes late, and leads only half the way.
+    told(&sessions, "a", 5, delta(4, 5)).unwrap();
+    assert_eq!(known(&sessions), None);
+    ask(&sessions, 6);
+    assert_eq!(known(&sessions), Some(6));
+    told(&sessions, "a", 8, delta(6, 8)).unwrap();
+    assert_eq!(known(&sessions), Some(8));
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_order_of_heartbeats_leads_to_the_truth_or_to_a_question(
+        beats in proptest::collection::vec((1..9u64, 0..4u64), 0..40),
+    ) {
+        let sessions = Sessions::default();
+        greet(&sessions, "a").unwrap();
+        ask(&sessions, 3);
+        let mut newest = 3;
+        for (from, length) in beats {
+            newest = newest.max(from + length);
+            told(&sessions, "a", from + length, delta(from, from + length)).unwrap();
+            if let Some(revision) = known(&sessions) {
+                proptest::prop_assert_eq!(revision, newest);
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_told_is_of_yesterday_after_the_slow_tick_and_after_a_deed() {
+    let sessions = Sessions::default();
+    greet(&sessions, "a").unwrap();
+    ask(&sessions, 3);
+    tokio::time::advance(AGE).await;
+    assert_eq!(known(&sessions), None, "all is asked for now and then");
+    ask(&sessions, 3);
+    assert_eq!(known(&sessions), Some(3));
+    // A question that began before a deed ended says nothing about it.
+    let question = sessions.get("n").unwrap().question();
+    sessions.doubt("n");
+    sessions.observed("n", &question, Ok(&inventory(3)));
+    assert_eq!(known(&sessions), None);
+    ask(&sessions, 4);
+    assert_eq!(known(&sessions), Some(4));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_an_old_session_still_says_does_not_touch_the_new_one() {
+    let sessions = Sessions::default();
+    greet(&sessions, "a").unwrap();
+    ask(&sessions, 7);
+    let question = sessions.get("n").unwrap().question();
+    greet(&sessions, "b").unwrap();
+    assert_eq!(told(&sessions, "a", 8, delta(7, 8)), Err(409));
+    sessions.observed("n", &question, Ok(&inventory(8)));
+    let entry = sessions.get("n").unwrap();
+    assert_eq!(entry.inventory, Inventory::default());
+    assert_eq!(entry.session.id, "b");
+    // Nor does the end of the old one end what is asked of the new one.
+    let work = std::future::pending::<()>();
+    let waits = sessions.while_live("n", "b", work);
+    let waits = tokio::time::timeout(Duration::from_secs(2), waits);
+    assert!(waits.await.is_err());
+    let old = sessions.while_live("n", "a", std::future::pending::<()>());
+    assert_eq!(old.await, Err(Lost));
 }
 
 #[tokio::test(start_paused = true)]

@@ -3,7 +3,9 @@
 use jiff::Timestamp;
 use rts_schemas::system::{Orders, SystemSpec};
 
-use super::{MemoryStore, NodeGeneration, RedbStore, Store, SystemRecord};
+use super::{
+    Backup, MemoryStore, NodeGeneration, RedbStore, Restored, State, Store, SystemRecord, Write,
+};
 
 fn record(name: &str, generation: u64) -> SystemRecord {
     SystemRecord {
@@ -20,7 +22,12 @@ fn record(name: &str, generation: u64) -> SystemRecord {
         nodes: ["local".to_owned()].into(),
         created: Timestamp::UNIX_EPOCH,
         deleted: None,
+        forgotten: [].into(),
     }
+}
+
+fn put(name: &str, generation: u64) -> Write {
+    Write::PutSystem(Box::new(record(name, generation)))
 }
 
 /// `reopen` gives the store as the next start of the program finds it.
@@ -29,18 +36,20 @@ fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
     let fresh = store.load().unwrap();
     assert_eq!((fresh.epoch, fresh.revisions), (1, 0));
     assert!(!fresh.cluster_uid.is_empty());
-    assert!(fresh.systems.is_empty() && fresh.nodes.is_empty());
+    assert!(fresh.systems.is_empty() && fresh.nodes.is_empty() && fresh.restored.is_none());
 
-    store.put_system(&record("b", 1)).unwrap();
-    store.put_system(&record("a", 1)).unwrap();
-    store.put_system(&record("a", 2)).unwrap();
+    store.write(&[put("b", 1), put("a", 1)]).unwrap();
+    store.write(&[put("a", 2)]).unwrap();
     let node = NodeGeneration {
+        epoch: 1,
         generation: 7,
         digest: "x".into(),
     };
-    store.put_node("local", &node).unwrap();
-    store.reserve_revisions(100).unwrap();
-    store.reserve_revisions(50).unwrap();
+    store
+        .write(&[Write::PutNode("local".into(), node.clone())])
+        .unwrap();
+    store.write(&[Write::Revisions(100)]).unwrap();
+    store.write(&[Write::Revisions(50)]).unwrap();
 
     let store = reopen(Some(store));
     let state = store.load().unwrap();
@@ -50,26 +59,61 @@ fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
     assert_eq!(state.systems.keys().collect::<Vec<_>>(), ["a", "b"]);
     assert_eq!(state.systems["a"], record("a", 2));
 
-    store.remove_system("a").unwrap();
-    store.remove_system("a").unwrap();
+    let remove = Write::RemoveSystem("a".into());
+    store
+        .write(&[remove.clone(), remove, Write::Epoch(4)])
+        .unwrap();
     let store = reopen(Some(store));
-    assert_eq!(
-        store.load().unwrap().systems.keys().collect::<Vec<_>>(),
-        ["b"]
-    );
+    let state = store.load().unwrap();
+    assert_eq!(state.systems.keys().collect::<Vec<_>>(), ["b"]);
+    assert_eq!(state.epoch, 4);
+}
+
+/// What one store held comes back out of a backup of it, in a new store.
+fn comes_back<S: Store>(from: &S, mut to: impl FnMut(Option<S>) -> S) {
+    let restored = Restored {
+        at: Timestamp::UNIX_EPOCH,
+        take_over: true,
+        settled: ["local".to_owned()].into(),
+    };
+    let node = NodeGeneration {
+        epoch: 1,
+        generation: 7,
+        digest: "x".into(),
+    };
+    let writes = [
+        put("a", 3),
+        put("b", 1),
+        Write::PutNode("local".into(), node),
+        Write::Revisions(100),
+        Write::Restored(Some(restored)),
+    ];
+    from.write(&writes).unwrap();
+    let held = from.load().unwrap();
+    let document = Backup::of(&held, Timestamp::UNIX_EPOCH).unwrap();
+    let document = serde_json::to_vec(&document).unwrap();
+    let (_, read): (_, State) = Backup::read(&document).unwrap();
+    assert_eq!(read, held);
+    let store = to(None);
+    store.write(&read.writes()).unwrap();
+    assert_eq!(to(Some(store)).load().unwrap(), held);
 }
 
 #[test]
 fn memory_conforms() {
-    conforms(|old| old.unwrap_or_else(|| MemoryStore::new("u")));
+    let open = |old: Option<MemoryStore>| old.unwrap_or_else(|| MemoryStore::new("u"));
+    conforms(open);
+    comes_back(&MemoryStore::new("first"), open);
 }
 
 #[test]
 fn redb_conforms() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("controller.redb");
-    conforms(|old| {
+    let open = |name: &str, old: Option<RedbStore>| {
         drop(old);
-        RedbStore::open(&path, &uuid::Uuid::new_v4().to_string()).unwrap()
-    });
+        let uid = uuid::Uuid::new_v4().to_string();
+        RedbStore::open(&folder.path().join(name), &uid).unwrap()
+    };
+    conforms(|old| open("one.redb", old));
+    comes_back(&open("first.redb", None), |old| open("second.redb", old));
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use tokio::sync::Mutex;
 
-use super::{NodeGeneration, Store, StoreError, SystemRecord};
+use super::{NodeGeneration, State, Store, StoreError, SystemRecord, Write};
 
 /// A store whose calls can be awaited.
 #[derive(Clone)]
@@ -24,40 +24,48 @@ impl Durable {
 
     /// See [`Store::check`].
     pub async fn check(&self) -> Result<(), StoreError> {
-        self.write(|store| store.check()).await
+        self.call(|store| store.check()).await
     }
 
-    /// See [`Store::put_system`].
+    /// See [`Store::load`].
+    pub async fn load(&self) -> Result<State, StoreError> {
+        self.call(|store| store.load()).await
+    }
+
+    /// See [`Store::write`].
+    pub async fn write(&self, writes: Vec<Write>) -> Result<(), StoreError> {
+        self.call(move |store| store.write(&writes)).await
+    }
+
+    /// Writes a system.
     pub async fn put_system(&self, record: SystemRecord) -> Result<(), StoreError> {
-        self.write(move |store| store.put_system(&record)).await
+        self.write(vec![Write::PutSystem(Box::new(record))]).await
     }
 
-    /// See [`Store::remove_system`].
+    /// Forgets a system; no error when it is not there.
     pub async fn remove_system(&self, name: String) -> Result<(), StoreError> {
-        self.write(move |store| store.remove_system(&name)).await
+        self.write(vec![Write::RemoveSystem(name)]).await
     }
 
-    /// See [`Store::put_node`].
+    /// Writes a node's generation.
     pub async fn put_node(
         &self,
         node: String,
         generation: NodeGeneration,
     ) -> Result<(), StoreError> {
-        self.write(move |store| store.put_node(&node, &generation))
-            .await
+        self.write(vec![Write::PutNode(node, generation)]).await
     }
 
-    /// See [`Store::reserve_revisions`].
+    /// Says that revisions up to this one may have been given out.
     pub async fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError> {
-        self.write(move |store| store.reserve_revisions(up_to))
-            .await
+        self.write(vec![Write::Revisions(up_to)]).await
     }
 
-    /// A write that was begun ends even when its caller goes away; the next one waits for it.
-    async fn write(
+    /// What was begun ends even when its caller goes away; the next one waits for it.
+    async fn call<T: Send + 'static>(
         &self,
-        work: impl FnOnce(&dyn Store) -> Result<(), StoreError> + Send + 'static,
-    ) -> Result<(), StoreError> {
+        work: impl FnOnce(&dyn Store) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, StoreError> {
         let turn = Arc::clone(&self.turn).lock_owned().await;
         let store = Arc::clone(&self.store);
         let done = tokio::task::spawn_blocking(move || {

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{NodeGeneration, State, Store, StoreError, SystemRecord};
+use super::{State, Store, StoreError, Write};
 
 /// The store.
 #[derive(Debug, Clone, Default)]
@@ -13,11 +13,15 @@ pub struct MemoryStore {
 impl MemoryStore {
     /// An empty store.
     pub fn new(cluster_uid: impl Into<String>) -> Self {
-        let state = State {
+        Self::holding(State {
             cluster_uid: cluster_uid.into(),
             epoch: 1,
             ..State::default()
-        };
+        })
+    }
+
+    /// A store that holds this.
+    pub fn holding(state: State) -> Self {
         Self {
             state: Arc::new(Mutex::new(state)),
         }
@@ -33,27 +37,11 @@ impl Store for MemoryStore {
         Ok(self.state().clone())
     }
 
-    fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError> {
-        let name = record.name().to_owned();
-        self.state().systems.insert(name, record.clone());
-        Ok(())
-    }
-
-    fn remove_system(&self, name: &str) -> Result<(), StoreError> {
-        self.state().systems.remove(name);
-        Ok(())
-    }
-
-    fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError> {
-        self.state()
-            .nodes
-            .insert(node.to_owned(), generation.clone());
-        Ok(())
-    }
-
-    fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError> {
+    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
         let mut state = self.state();
-        state.revisions = state.revisions.max(up_to);
+        for write in writes {
+            state.change(write.clone());
+        }
         Ok(())
     }
 }

@@ -27,6 +27,9 @@ pub struct SystemRecord {
     /// When its end was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deleted: Option<Timestamp>,
+    /// Nodes whose word its end does not need: somebody said that they will not come back.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub forgotten: BTreeSet<String>,
 }
 
 impl SystemRecord {
@@ -40,14 +43,30 @@ impl SystemRecord {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct NodeGeneration {
+    /// Epoch in which the number was given out.
+    pub epoch: u64,
     /// Monotone over all systems of the node.
     pub generation: u64,
     /// Digest of the spec that it was given to.
     pub digest: String,
 }
 
+/// The store came from a backup: what the ledgers of agents hold may be newer than it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Restored {
+    /// When.
+    pub at: Timestamp,
+    /// The store wins over newer ledgers; otherwise they win.
+    pub take_over: bool,
+    /// Nodes whose ledgers have been compared since.
+    #[serde(default)]
+    pub settled: BTreeSet<String>,
+}
+
 /// The whole store.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct State {
     /// Made once with the store.
     pub cluster_uid: String,
@@ -59,4 +78,58 @@ pub struct State {
     pub systems: BTreeMap<String, SystemRecord>,
     /// Node generations by node.
     pub nodes: BTreeMap<String, NodeGeneration>,
+    /// Set by a restore.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restored: Option<Restored>,
+}
+
+/// One change of the store.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Write {
+    /// Writes a system.
+    PutSystem(Box<SystemRecord>),
+    /// Forgets a system; no error when it is not there.
+    RemoveSystem(String),
+    /// Writes a node's generation.
+    PutNode(String, NodeGeneration),
+    /// Says that revisions up to this one may have been given out. Never lowers it.
+    Revisions(u64),
+    /// Raises the epoch.
+    Epoch(u64),
+    /// Says whether and how it was restored.
+    Restored(Option<Restored>),
+    /// Gives it another identity: a restore, into a new store.
+    ClusterUid(String),
+}
+
+impl State {
+    /// The changes that make a new store hold this.
+    pub fn writes(&self) -> Vec<Write> {
+        let systems = self.systems.values();
+        let nodes = self.nodes.iter();
+        let mut writes = vec![
+            Write::ClusterUid(self.cluster_uid.clone()),
+            Write::Epoch(self.epoch),
+            Write::Revisions(self.revisions),
+            Write::Restored(self.restored.clone()),
+        ];
+        writes.extend(systems.map(|record| Write::PutSystem(Box::new(record.clone()))));
+        writes.extend(nodes.map(|(node, g)| Write::PutNode(node.clone(), g.clone())));
+        writes
+    }
+
+    /// Makes a change.
+    pub fn change(&mut self, write: Write) {
+        match write {
+            Write::PutSystem(record) => {
+                self.systems.insert(record.name().to_owned(), *record);
+            }
+            Write::RemoveSystem(name) => drop(self.systems.remove(&name)),
+            Write::PutNode(node, generation) => drop(self.nodes.insert(node, generation)),
+            Write::Revisions(up_to) => self.revisions = self.revisions.max(up_to),
+            Write::Epoch(epoch) => self.epoch = epoch,
+            Write::Restored(restored) => self.restored = restored,
+            Write::ClusterUid(uid) => self.cluster_uid = uid,
+        }
+    }
 }

@@ -3,16 +3,16 @@
 //! After an I/O error redb refuses everything until its file is closed and opened anew, which is done here.
 
 mod file;
+mod migrate;
 mod rows;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use redb::{Database, Error, ReadableDatabase};
-use serde::Serialize;
 
-use self::rows::{CLUSTER_UID, Change, EPOCH, META, NODES, PROBE, REVISIONS, SYSTEMS, Table};
-use super::{NodeGeneration, State, Store, StoreError, SystemRecord};
+use self::rows::{CLUSTER_UID, Change, EPOCH, META, NODES, PROBE, RESTORED, REVISIONS, SYSTEMS};
+use super::{State, Store, StoreError, Write};
 
 /// The store.
 pub struct RedbStore {
@@ -58,28 +58,46 @@ impl RedbStore {
         Ok(value)
     }
 
-    fn change(&self, change: &Change<'_>) -> Result<(), StoreError> {
-        let result = self.with("write", |database| change.write(database));
+    fn change(&self, changes: &[Change]) -> Result<(), StoreError> {
+        let result = self.with("write", |database| rows::write(database, changes));
         // A commit that failed at its very end may be there all the same: what the file says holds.
-        let landed = || matches!(self.with("read", |d| change.is_in(d)), Ok(true));
+        let landed = || matches!(self.with("read", |d| rows::are_in(d, changes)), Ok(true));
         if result.is_ok() || landed() {
             self.slot().unwritten = None;
             return Ok(());
         }
-        self.slot().unwritten = Some(change.value.as_ref().map_or(0, Vec::len));
+        let values = changes.iter().filter_map(|change| change.value.as_ref());
+        self.slot().unwritten = Some(values.map(Vec::len).sum());
         result
     }
 
-    fn put<T: Serialize>(&self, table: Table, key: &str, value: &T) -> Result<(), StoreError> {
-        let value = rows::bytes(value).map_err(|e| file::failed("write", &self.path, e))?;
-        let value = Some(value);
-        self.change(&Change { table, key, value })
+    fn row(&self, write: &Write, state: &mut Option<State>) -> Result<Change, StoreError> {
+        let row = match write {
+            Write::PutSystem(record) => Change::put(SYSTEMS, record.name(), record),
+            Write::RemoveSystem(name) => Ok(Change::remove(SYSTEMS, name)),
+            Write::PutNode(node, generation) => Change::put(NODES, node, generation),
+            Write::Revisions(up_to) => {
+                let state = match state {
+                    Some(state) => state,
+                    None => state.insert(self.load()?),
+                };
+                Change::put(META, REVISIONS, &state.revisions.max(*up_to))
+            }
+            Write::Epoch(epoch) => Change::put(META, EPOCH, epoch),
+            Write::Restored(Some(restored)) => Change::put(META, RESTORED, restored),
+            Write::Restored(None) => Ok(Change::remove(META, RESTORED)),
+            Write::ClusterUid(uid) => Change::put(META, CLUSTER_UID, uid),
+        };
+        row.map_err(|e| file::failed("write", &self.path, e))
     }
+}
 
-    fn remove(&self, table: Table, key: &str) -> Result<(), StoreError> {
-        let value = None;
-        self.change(&Change { table, key, value })
-    }
+/// The epoch of the store in a file, whatever its version; none when it cannot be read.
+pub fn epoch_of(path: &Path) -> Option<u64> {
+    let database = file::reopen(path).ok()?;
+    let transaction = database.begin_read().ok()?;
+    let meta = transaction.open_table(META).ok()?;
+    rows::get(&meta, EPOCH).ok()?
 }
 
 impl Store for RedbStore {
@@ -88,11 +106,11 @@ impl Store for RedbStore {
         if let Some(size) = unwritten {
             let probe = Change {
                 table: META,
-                key: PROBE,
+                key: PROBE.to_owned(),
                 value: Some(vec![b' '; size]),
             };
-            self.change(&probe)?;
-            self.remove(META, PROBE)?;
+            self.change(&[probe])?;
+            self.change(&[Change::remove(META, PROBE)])?;
         }
         self.load().map(drop)
     }
@@ -105,73 +123,19 @@ impl Store for RedbStore {
                 cluster_uid: rows::get(&meta, CLUSTER_UID)?.unwrap_or_default(),
                 epoch: rows::get(&meta, EPOCH)?.unwrap_or(1),
                 revisions: rows::get(&meta, REVISIONS)?.unwrap_or(0),
+                restored: rows::get(&meta, RESTORED)?,
                 systems: rows::all(&transaction.open_table(SYSTEMS)?)?,
                 nodes: rows::all(&transaction.open_table(NODES)?)?,
             })
         })
     }
 
-    fn put_system(&self, record: &SystemRecord) -> Result<(), StoreError> {
-        self.put(SYSTEMS, record.name(), record)
-    }
-
-    fn remove_system(&self, name: &str) -> Result<(), StoreError> {
-        self.remove(SYSTEMS, name)
-    }
-
-    fn put_node(&self, node: &str, generation: &NodeGeneration) -> Result<(), StoreError> {
-        self.put(NODES, node, generation)
-    }
-
-    fn reserve_revisions(&self, up_to: u64) -> Result<(), StoreError> {
-        let now = self.load()?.revisions;
-        self.put(META, REVISIONS, &now.max(up_to))
+    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
+        let mut state = None;
+        let rows: Result<Vec<_>, _> = writes.iter().map(|w| self.row(w, &mut state)).collect();
+        self.change(&rows?)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_store_of_a_later_program_is_refused_and_left_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("c.redb");
-        let store = RedbStore::open(&path, "u").unwrap();
-        store.put(META, rows::VERSION, &2u32).unwrap();
-        drop(store);
-        let Err(error) = RedbStore::open(&path, "u") else {
-            panic!("it was opened");
-        };
-        let text = error
-            .to_string()
-            .replace(&path.display().to_string(), "FILE");
-        insta::assert_snapshot!(text, @"FILE has schema version 2, and this program knows 1: upgrade rts-controller, or move the file away to start afresh");
-    }
-
-    #[test]
-    fn a_damaged_file_is_an_error_that_says_what_to_do() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("c.redb");
-        std::fs::write(&path, b"this is no database").unwrap();
-        let Err(error) = RedbStore::open(&path, "u") else {
-            panic!("it was opened");
-        };
-        let text = error
-            .to_string()
-            .replace(&path.display().to_string(), "FILE");
-        insta::assert_snapshot!(text, @"the store FILE is damaged (Not a redb database: magic number mismatch); put a copy of it back and start again, or, without one, end everything with `rtsctl down --purge` and apply the systems again");
-    }
-
-    #[test]
-    fn a_damaged_record_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("c.redb");
-        let store = RedbStore::open(&path, "u").unwrap();
-        store.put(SYSTEMS, "hello", &7).unwrap();
-        let error = store.load().unwrap_err().to_string();
-        assert!(error.contains("damaged (record hello: "), "{error}");
-        store.remove_system("hello").unwrap();
-        store.check().unwrap();
-    }
-}
+mod tests;

@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rts_agent_api::messages::{
-    Batch, GateReport, ModuleDescription, ModuleFile, ModuleResolution, NodeSpecEnvelope,
-    NodeSpecReceipt,
+    Batch, GateReport, LedgerFence, ModuleDescription, ModuleFile, ModuleResolution,
+    NodeSpecEnvelope, NodeSpecReceipt,
 };
 use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_http::problem::Problem;
-use rts_plan::observed::{ComponentObserved, Inventory, ManagerObserved, PortObserved};
+use rts_plan::observed::{ComponentObserved, Held, Inventory, ManagerObserved, PortObserved};
 use rts_schemas::system::{Direction, PortKind};
 use tokio::sync::watch;
 
@@ -28,6 +28,7 @@ pub struct FakeAgent {
 pub struct State {
     pub revision: u64,
     pub managers: Vec<ManagerObserved>,
+    pub held: Vec<Held>,
     pub spec: Option<NodeSpecEnvelope>,
     pub types: BTreeSet<String>,
     /// Type → what its module says of itself.
@@ -41,6 +42,8 @@ pub struct State {
     /// Steps that were carried out, as `KIND target`.
     pub done: Vec<String>,
     pub incarnations: u64,
+    /// Times that all of the inventory was asked for.
+    pub asked: u32,
 }
 
 #[derive(Default, Clone)]
@@ -142,6 +145,15 @@ impl FakeAgent {
         found.unwrap().responsive = false;
     }
 
+    /// Something in a process hangs for too long, as its agent judges.
+    pub fn expire(&self, manager: &str, why: &str) {
+        let mut state = self.state.lock().unwrap();
+        state.revision += 1;
+        let mut managers = state.managers.iter_mut();
+        let found = managers.find(|m| m.key.display_name() == manager);
+        found.unwrap().expired = Some(why.into());
+    }
+
     /// Something of a component changes by itself.
     pub fn change(&self, instance: &str, what: impl FnOnce(&mut ComponentObserved)) {
         let mut state = self.state.lock().unwrap();
@@ -160,13 +172,50 @@ impl FakeAgent {
         }
     }
 
+    /// The component's process ended and its policy is never.
+    pub fn hold(&self, instance: &str, reason: &str) {
+        let mut state = self.state.lock().unwrap();
+        let all = state.managers.iter().flat_map(|m| &m.components);
+        let component = all.into_iter().find(|c| c.instance == instance).unwrap();
+        let held = Held {
+            system: component.system.clone().unwrap(),
+            instance: instance.into(),
+            reason: reason.into(),
+        };
+        state.held.push(held);
+        state.revision += 1;
+    }
+
+    /// What its ledger holds.
+    pub fn ledger(&self) -> Option<LedgerFence> {
+        let state = self.state.lock().unwrap();
+        state.spec.as_ref().and_then(|spec| self.ledger_of(spec))
+    }
+
+    fn ledger_of(&self, spec: &NodeSpecEnvelope) -> Option<LedgerFence> {
+        Some(LedgerFence {
+            cluster_uid: spec.cluster_uid.clone(),
+            epoch: spec.epoch,
+            generation: spec.generation,
+            digest: spec.digest.clone(),
+        })
+    }
+
+    /// Incarnation of each component.
+    pub fn incarnations(&self) -> BTreeMap<String, String> {
+        let state = self.state.lock().unwrap();
+        let all = state.managers.iter().flat_map(|m| &m.components);
+        all.map(|c| (c.instance.clone(), c.incarnation.clone()))
+            .collect()
+    }
+
     pub fn inventory_now(&self) -> Inventory {
         let state = self.state.lock().unwrap();
         Inventory {
             node: self.node.clone(),
             revision: state.revision,
             managers: state.managers.clone(),
-            held: Vec::new(),
+            held: state.held.clone(),
         }
     }
 
@@ -181,7 +230,14 @@ impl FakeAgent {
 impl AgentApi for Handle {
     async fn inventory(&self) -> Result<Inventory, ClientError> {
         self.0.answer().await;
+        self.0.state.lock().unwrap().asked += 1;
         Ok(self.0.inventory_now())
+    }
+
+    async fn node_spec(&self) -> Result<NodeSpecEnvelope, ClientError> {
+        self.0.answer().await;
+        let spec = self.0.state.lock().unwrap().spec.clone();
+        spec.ok_or_else(|| Problem::not_found("it was told nothing yet").into())
     }
 
     async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {
@@ -189,8 +245,11 @@ impl AgentApi for Handle {
         let mut state = self.0.state.lock().unwrap();
         assert_eq!(spec.digest, rts_plan::digest(&spec.spec));
         if let Some(old) = &state.spec {
-            let same = old.generation == spec.generation && old.digest != spec.digest;
-            if old.cluster_uid != spec.cluster_uid || old.generation > spec.generation || same {
+            let (told, told_now) = ((old.epoch, old.generation), (spec.epoch, spec.generation));
+            let same = told == told_now && old.digest != spec.digest;
+            let foreign = old.cluster_uid != spec.cluster_uid;
+            let allowed = spec.take_over == self.0.ledger_of(old);
+            if (foreign && !allowed) || (!foreign && (told > told_now || same)) {
                 return Err(Problem::conflict("stale", "the ledger knows a newer spec").into());
             }
         }

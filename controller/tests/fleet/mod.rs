@@ -4,6 +4,7 @@
 
 mod agent;
 mod carry_out;
+pub mod served;
 pub mod systems;
 
 use std::collections::BTreeMap;
@@ -73,6 +74,12 @@ impl Fleet for FakeFleet {
                 reason: format!("there is no agent of node {node}"),
             })?;
         Ok(Arc::new(agent::Handle(Arc::clone(agent))))
+    }
+}
+
+impl FakeFleet {
+    pub fn agent(&self, node: &str) -> Arc<FakeAgent> {
+        Arc::clone(&self.0.lock().unwrap()[node])
     }
 }
 
@@ -220,7 +227,7 @@ pub fn greeting(agent: &FakeAgent, session: &str) -> SessionGreeting {
         session: session.into(),
         endpoint: agent.node.clone(),
         aliases: vec![],
-        ledger: None,
+        ledger: agent.ledger(),
         inventory: agent.inventory_now(),
     }
 }

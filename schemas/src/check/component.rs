@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::Check;
 use crate::names;
-use crate::placement::{PREFIX, not_carried_out, parse_bool};
-use crate::rts_profile::model::{Component, property};
+use crate::placement::parse_bool;
+use crate::rts_profile::model::Component;
 use crate::rts_profile::{is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
@@ -29,7 +29,6 @@ pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     ports(check, component, &owner);
     configuration(check, component, &owner);
     execution_context(check, component, &owner);
-    policy(check, component, &owner);
     if let Some(required) = &component.is_required
         && parse_bool(&required.value).is_none()
     {
@@ -222,23 +221,6 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
             second.span,
             "the first one is used",
         );
-    }
-}
-
-/// What is kept for later versions is said, so that nobody counts on it.
-fn policy(check: &mut Check<'_>, component: &Component, owner: &str) {
-    for name in ["onDisconnect", "restart"] {
-        let key = format!("{PREFIX}{name}");
-        let value = property(&component.properties, &key).and_then(|p| p.value.as_ref());
-        let Some(value) = value else { continue };
-        let Some(help) = not_carried_out(name, value.trimmed()) else {
-            continue;
-        };
-        let message = format!(
-            "`{key}` of {owner} is `{}`; that is read and kept, but not carried out by this version",
-            value.trimmed()
-        );
-        check.warning("not-carried-out", message, value.span, help);
     }
 }
 

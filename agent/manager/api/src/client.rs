@@ -4,10 +4,10 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::PROTOCOL_VERSION;
 use crate::control::{Failure, FromManager, Greeting, Hello, Request, RequestBody, ResponseBody};
 use crate::frame::{self, FrameError};
 use crate::net::{self, Timed};
+use crate::{PROTOCOL_VERSION, VersionMismatch, speaks};
 
 /// A manager answers by the deadline of a request; its answer has this much longer to arrive.
 const GRACE: Duration = Duration::from_secs(1);
@@ -18,6 +18,9 @@ pub enum CallError {
     /// The connection failed or carried nonsense.
     #[error("manager connection: {0}")]
     Frame(#[from] FrameError),
+    /// The manager speaks no version of ours.
+    #[error("cannot use this manager: {0}")]
+    Version(#[from] VersionMismatch),
     /// The manager refused.
     #[error(transparent)]
     Refused(#[from] Failure),
@@ -50,7 +53,8 @@ impl Client {
             version: PROTOCOL_VERSION,
         };
         frame::write(&mut timed, &greeting)?;
-        let hello = frame::read_answer(&mut timed)?;
+        let hello: Hello = frame::read_answer(&mut timed)?;
+        speaks(hello.version)?;
         Ok(Self {
             stream,
             hello,
@@ -77,7 +81,7 @@ impl Client {
         let request = Request {
             id,
             deadline_ms,
-            body,
+            body: body.for_version(self.hello.version),
         };
         frame::write(&mut timed, &request)?;
         loop {
@@ -117,6 +121,23 @@ mod tests {
         let waiting = [(); 3].map(|()| net::connect(&path, Instant::now() + timeout));
         assert!(waiting.iter().any(Result::is_err), "the backlog is full");
         assert!(begin.elapsed() < Duration::from_secs(5));
+    }
+
+    #[test]
+    fn a_manager_of_another_age_is_refused_with_the_side_to_upgrade() {
+        let (ours, theirs) = UnixStream::pair().unwrap();
+        let hello = Hello {
+            version: 9,
+            system: None,
+            name: "m".to_owned(),
+            incarnation: "i".to_owned(),
+            pid: 1,
+            started: String::new(),
+        };
+        frame::write_answer(&mut &theirs, &hello).unwrap();
+        let error = Client::greet(ours, Duration::from_secs(10)).unwrap_err();
+        assert!(matches!(error, CallError::Version(_)), "{error}");
+        assert!(error.to_string().ends_with("upgrade this side"), "{error}");
     }
 
     #[test]

@@ -4,28 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-/// First frame of whoever connects.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(
-    tag = "role",
-    rename_all = "camelCase",
-    rename_all_fields = "camelCase"
-)]
-pub enum Greeting {
-    /// An agent or a tool that gives orders.
-    Control {
-        /// Its protocol version.
-        version: u32,
-    },
-    /// The out-port end of a connector.
-    Data(crate::data::DataHello),
-}
+pub use crate::greeting::Greeting;
 
 /// First frame of a manager on a control connection: also its sign of readiness.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Hello {
-    /// Its protocol version.
+    /// Protocol version of this connection: the newest that both sides speak. The manager's own when there is none.
     pub version: u32,
     /// System that it belongs to: (name, uid).
     pub system: Option<SystemId>,
@@ -135,6 +120,21 @@ pub enum RequestBody {
     Inventory,
     /// Deactivate and finalise everything within the deadline, answer `Done`, and exit 0.
     Shutdown,
+}
+
+impl RequestBody {
+    /// Without what a manager that speaks `version` does not know.
+    #[must_use]
+    pub fn for_version(mut self, version: u32) -> Self {
+        if version < 2 {
+            match &mut self {
+                Self::Configure { on_disconnect, .. }
+                | Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+                _ => {}
+            }
+        }
+        self
+    }
 }
 
 /// Arguments of `Create`.
@@ -436,4 +436,24 @@ pub enum FailureCode {
     PeerFailed,
     /// The manager itself failed.
     Internal,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_to_an_older_manager_has_no_newer_fields() {
+        let configure = RequestBody::Configure {
+            instance: "A".to_owned(),
+            sets: BTreeMap::new(),
+            active: None,
+            rate: None,
+            on_disconnect: Some("stop".to_owned()),
+        };
+        let text =
+            |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
+        assert!(text(2).contains(r#""onDisconnect":"stop""#));
+        assert!(!text(1).contains("onDisconnect"));
+    }
 }

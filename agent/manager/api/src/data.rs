@@ -2,18 +2,25 @@
 //!
 //! After [`DataHello`] and [`DataReply`] (JSON frames), samples follow: u32 length in network order, counting what
 //! follows; u64 sequence number in network order, from 1 with each connection; the payload in the agreed encoding. The
-//! in-port end sends nothing more: what was read is in its manager's inventory.
+//! in-port end sends no more than its good-bye: what was read is in its manager's inventory.
+//!
+//! A connection that is ended in order (disconnected, unbound, deleted, shut down) ends with a good-bye, after which
+//! its sender closes it: [`GOOD_BYE`] from the out-port end when [`DataReply::good_bye`] says that it is understood, one
+//! byte from the in-port end. An end without it is a loss.
 
 use serde::{Deserialize, Serialize};
 
 /// Largest payload of a sample in bytes.
 pub const MAX_SAMPLE: usize = 64 * 1024 * 1024;
 
+/// What an out-port end sends last: a length that no sample has.
+pub const GOOD_BYE: [u8; 4] = [0; 4];
+
 /// First frame of a data connection.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct DataHello {
-    /// Protocol version of the sender.
+    /// Oldest protocol version in which this message can be understood.
     pub version: u32,
     /// Connector name.
     pub connector: String,
@@ -37,4 +44,7 @@ pub struct DataHello {
 pub struct DataReply {
     /// Outcome.
     pub result: Result<(), crate::control::Failure>,
+    /// The in-port end understands [`GOOD_BYE`]. Since version 2.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub good_bye: bool,
 }

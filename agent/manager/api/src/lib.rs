@@ -9,7 +9,8 @@ pub mod control;
 pub mod data;
 pub mod files;
 pub mod frame;
+mod greeting;
 pub mod net;
+mod version;
 
-/// Version of the protocol. A manager also speaks the previous one.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub use version::{OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, VersionMismatch, speaks};

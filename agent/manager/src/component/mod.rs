@@ -4,6 +4,7 @@ mod configuration;
 mod host;
 mod instance;
 mod lifecycle;
+mod loss;
 mod run;
 mod spawn;
 mod steps;
@@ -17,9 +18,12 @@ use std::time::{Duration, Instant};
 use rts_manager_api::control::{
     self, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
 };
+use rts_schemas::system::OnDisconnect;
 
 pub use self::configuration::Configuration;
 pub use self::lifecycle::State;
+use self::loss::Loss;
+pub use self::loss::policy;
 pub use self::spawn::spawn;
 use crate::data::connector::Connector;
 use crate::data::in_port::InPort;
@@ -62,7 +66,9 @@ pub struct Component {
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
     log: LogFile,
-    commands: SyncSender<Command>,
+    commands: SyncSender<Order>,
+    /// The loss of a peer that it has still to act on.
+    loss: Mutex<Option<Loss>>,
     /// Held while a connector is exchanged for another of its name; never while anything is waited for.
     pub wiring: Mutex<()>,
 }
@@ -82,6 +88,7 @@ struct Status {
     message: Option<String>,
     configuration: Configuration,
     rate: f64,
+    on_disconnect: OnDisconnect,
     /// Set before its ends are taken away, so that none is added afterwards.
     leaving: bool,
 }
@@ -91,6 +98,15 @@ struct Status {
 struct Busy {
     call: &'static str,
     since: Instant,
+}
+
+/// What wakes the thread that runs it.
+#[derive(Debug)]
+pub enum Order {
+    /// Carry out a request.
+    Obey(Command),
+    /// A peer was lost.
+    Attend,
 }
 
 /// A request to the thread that runs it.
@@ -120,6 +136,8 @@ pub enum Action {
         active: Option<String>,
         /// New rate in Hz.
         rate: Option<f64>,
+        /// New policy.
+        on_disconnect: Option<OnDisconnect>,
     },
 }
 
@@ -138,7 +156,7 @@ impl Component {
             deadline,
             reply,
         };
-        match self.commands.try_send(command) {
+        match self.commands.try_send(Order::Obey(command)) {
             Ok(()) => Ok(Pending { answer, deadline }),
             Err(TrySendError::Full(_)) => Err(self.late("has too many requests waiting")),
             Err(TrySendError::Disconnected(_)) => Err(self.gone()),
@@ -265,7 +283,7 @@ impl Component {
         ComponentInfo {
             defaults: self.module.parameters.clone(),
             busy: self.hangs(),
-            on_disconnect: None,
+            on_disconnect: Some(loss::name(status.on_disconnect).to_owned()),
             instance: identity.instance.clone(),
             type_name: self.module.type_name.clone(),
             system: identity.system.clone(),

@@ -11,7 +11,8 @@ use rts_runtime::abi::callback;
 use super::instance::{CallFailed, Instance};
 use super::lifecycle::Transition;
 use super::steps::refusal;
-use super::{Action, Command, Component, State};
+use super::{Action, Command, Component, Order, State};
+use crate::data::Parting;
 use crate::log::Level;
 use crate::manager::Manager;
 use crate::sync::lock;
@@ -22,7 +23,7 @@ type Reply = SyncSender<Result<(), Failure>>;
 pub fn run(
     manager: &Manager,
     component: &Arc<Component>,
-    commands: &Receiver<Command>,
+    commands: &Receiver<Order>,
     created: &Reply,
 ) {
     let mut context = match Context::start(manager, component) {
@@ -41,15 +42,18 @@ pub fn run(
         context.changed("was initialised after its deadline");
     }
     let deleted = context.serve(commands);
-    context.end();
+    context.end(match deleted {
+        Some(_) => Parting::GoodBye,
+        None => Parting::Loss,
+    });
     manager.remove_component(component);
     component.log.write(Level::Info, "deleted");
-    if deleted.send(Ok(())).is_err() {
-        manager.events.changed(
-            component.target(),
-            "was deleted after its deadline".to_owned(),
-        );
-    }
+    let told = match deleted {
+        Some(deleted) if deleted.send(Ok(())).is_ok() => return,
+        Some(_) => "was deleted after its deadline",
+        None => "was deleted after the loss of a peer",
+    };
+    manager.events.changed(component.target(), told.to_owned());
 }
 
 /// The thread's own view of its component.
@@ -92,18 +96,25 @@ impl<'a> Context<'a> {
         Ok(context)
     }
 
-    /// Obeys requests and executes until it is to be deleted; returns where to report that.
-    fn serve(&mut self, commands: &Receiver<Command>) -> Reply {
+    /// Obeys requests and executes until it is to be deleted; returns where to report that, or none when the loss of a
+    /// peer is why.
+    fn serve(&mut self, orders: &Receiver<Order>) -> Option<Reply> {
         loop {
-            let command = if self.ticks() {
-                commands.recv_timeout(self.next.saturating_duration_since(Instant::now()))
+            let order = if self.ticks() {
+                orders.recv_timeout(self.next.saturating_duration_since(Instant::now()))
             } else {
-                commands.recv().map_err(RecvTimeoutError::from)
+                orders.recv().map_err(RecvTimeoutError::from)
             };
-            if let Ok(command) = command
+            if self.attend() {
+                return None;
+            }
+            if let Ok(Order::Obey(command)) = order
                 && let Some(deleted) = self.obey(command)
             {
-                return deleted;
+                return Some(deleted);
+            }
+            if self.attend() {
+                return None;
             }
             let now = Instant::now();
             if self.ticks() && now >= self.next {
@@ -149,9 +160,12 @@ impl<'a> Context<'a> {
             Action::Activate => self.transition(Transition::Activate),
             Action::Deactivate => self.transition(Transition::Deactivate),
             Action::Reset => self.transition(Transition::Reset),
-            Action::Configure { sets, active, rate } => {
-                self.configure(&sets, active.as_deref(), rate)
-            }
+            Action::Configure {
+                sets,
+                active,
+                rate,
+                on_disconnect,
+            } => self.configure(&sets, active.as_deref(), rate, on_disconnect),
             Action::Delete => return Some(command.reply),
         };
         if command.reply.send(result).is_err() {
@@ -162,10 +176,10 @@ impl<'a> Context<'a> {
     }
 
     /// Takes the component down. What fails on the way is logged and goes on.
-    fn end(mut self) {
+    fn end(mut self, parting: Parting) {
         // A failing on_deactivated leads to Error, which is as good a state to finalise from.
         let _ = self.transition(Transition::Deactivate);
-        self.manager.detach(self.component);
+        self.manager.detach(self.component, parting);
         if let Err(error) = self.instance.callback(callback::SHUTDOWN) {
             self.component.log.write(Level::Warn, &error.message);
         }

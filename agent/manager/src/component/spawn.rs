@@ -12,7 +12,9 @@ use rts_manager_api::control::{CreateRequest, Failure};
 use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::rate_problem;
 
-use super::{Component, Configuration, Identity, PERIODIC, Pending, PortEnd, State, Status, run};
+use super::{
+    Component, Configuration, Identity, PERIODIC, Pending, PortEnd, State, Status, policy, run,
+};
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
 use crate::failure::{internal, invalid};
@@ -36,6 +38,7 @@ pub fn spawn(
         .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
     let rate = request.rate.unwrap_or(module.default_rate);
     check_rate(rate)?;
+    let on_disconnect = request.on_disconnect.as_deref().map(policy).transpose()?;
     let log = LogFile::open(Path::new(&request.log_path)).map_err(|e| {
         internal(format!(
             "the log {} of {} cannot be opened: {e}",
@@ -52,12 +55,14 @@ pub fn spawn(
             message: None,
             configuration,
             rate,
+            on_disconnect: on_disconnect.unwrap_or_default(),
             leaving: false,
         }),
         busy: Mutex::default(),
         executions: AtomicU64::new(0),
         log,
         commands,
+        loss: Mutex::default(),
         wiring: Mutex::default(),
     });
     manager.add_component(&component)?;

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use rts_manager_api::control::{Failure, FailureCode};
 use rts_runtime::abi::{callback, return_code};
+use rts_schemas::system::OnDisconnect;
 
 use super::configuration::Sets;
 use super::instance::CallFailed;
@@ -104,12 +105,13 @@ impl Context<'_> {
             .changed(self.component.target(), message.to_owned());
     }
 
-    /// Changes values, active set and rate. Either all values are taken or none.
+    /// Changes values, active set, rate and policy. Either all values are taken or none.
     pub fn configure(
         &mut self,
         sets: &Sets,
         active: Option<&str>,
         rate: Option<f64>,
+        on_disconnect: Option<OnDisconnect>,
     ) -> Result<(), Failure> {
         rate.map_or(Ok(()), check_rate)?;
         let old = lock(&self.component.status).configuration.clone();
@@ -134,7 +136,11 @@ impl Context<'_> {
                 .log
                 .write(Level::Info, &format!("configured {name} = {value}"));
         }
-        lock(&self.component.status).configuration = new;
+        {
+            let mut status = lock(&self.component.status);
+            status.configuration = new;
+            status.on_disconnect = on_disconnect.unwrap_or(status.on_disconnect);
+        }
         rate.map_or(Ok(()), |rate| self.set_rate(rate))
     }
 

@@ -4,25 +4,25 @@ use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::Failure;
 use rts_manager_api::data::{DataHello, DataReply};
 use rts_manager_api::frame;
 use rts_manager_api::net::Timed;
 
-use super::ENCODING;
 use super::binding::{Bindings, End};
 use super::receive::receive;
-use crate::events::Events;
+use super::{ENCODING, Ended, Parting};
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
+use crate::manager::Manager;
 
 /// Time for the reply to leave.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Serves a data connection until it ends.
-pub fn serve(stream: &UnixStream, hello: &DataHello, bindings: &Bindings, events: &Events) {
-    let opened = check(hello, bindings).and_then(|end| {
+pub fn serve(stream: &UnixStream, hello: &DataHello, manager: &Manager) {
+    let events = &manager.events;
+    let opened = check(hello, &manager.bindings).and_then(|end| {
         let closer = stream
             .try_clone()
             .map_err(|e| internal(format!("the connection cannot be kept: {e}")))?;
@@ -31,36 +31,41 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, bindings: &Bindings, events
     });
     let reply = DataReply {
         result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
+        good_bye: true,
     };
     let mut timed = Timed::new(stream, Instant::now() + PATIENCE);
     let sent = frame::write_answer(&mut timed, &reply);
     let Ok((end, source)) = opened else {
         return;
     };
-    let ended = sent
+    let agreed = sent
         .map_err(|e| e.to_string())
-        .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()))
-        .and_then(|()| receive(stream, &end.port, &source).map_err(|e| e.to_string()));
-    if end.port.close(&source) {
-        if let Err(reason) = ended {
-            log::warn(format_args!("connector {}: {reason}", hello.connector));
-        }
-        events.changed(
-            format!("connector/{}", hello.connector),
-            format!("its source {} has gone", hello.source),
-        );
+        .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()));
+    let ended = match &agreed {
+        Ok(()) => receive(stream, &end.port, &source),
+        Err(reason) => Ended::Lost(reason.clone()),
+    };
+    if !end.port.close(&source, Parting::Loss) {
+        return;
+    }
+    if let Ended::Lost(reason) = &ended {
+        log::warn(format_args!("connector {}: {reason}", hello.connector));
+    }
+    events.changed(
+        format!("connector/{}", hello.connector),
+        format!("its source {} has gone", hello.source),
+    );
+    // One that never was agreed on is lost to nobody.
+    if agreed.is_ok() && matches!(ended, Ended::Lost(_)) {
+        manager.lose(&hello.instance, &hello.connector);
     }
 }
 
 /// The end that the greeting means, when it may connect to it.
 fn check(hello: &DataHello, bindings: &Bindings) -> Result<Arc<End>, Failure> {
     let target = format!("{}.{}", hello.instance, hello.port);
-    if !crate::connection::speaks(hello.version) {
-        return Err(invalid(format!(
-            "the source speaks version {} of the protocol, this manager {PROTOCOL_VERSION}; upgrade the older side",
-            hello.version
-        )));
-    }
+    rts_manager_api::speaks(hello.version)
+        .map_err(|e| invalid(format!("the manager of {target}: {e}")))?;
     let end = bindings.find(&hello.connector).ok_or_else(|| {
         not_found(format!(
             "{target} does not expect the connector {}: it must be bound first",

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{Binding, BindingInfo, Failure};
 
+use super::Parting;
 use super::in_port::InPort;
 use super::source::{Counts, Source};
 use crate::events::Events;
@@ -61,12 +62,13 @@ impl End {
         let source = Arc::new(Source::new(stream));
         let former = link.source.replace(Arc::clone(&source));
         drop(link);
-        self.end(former.as_ref(), "another source took its place", events);
+        let reason = "another source took its place";
+        self.end(former.as_ref(), reason, Parting::GoodBye, events);
         Ok(source)
     }
 
     /// Closes it for good, with its source.
-    pub fn close(&self, events: &Events) {
+    pub fn close(&self, events: &Events, parting: Parting) {
         let source = {
             let mut link = lock(&self.link);
             link.removed = true;
@@ -74,18 +76,26 @@ impl End {
         };
         let binding = &self.binding;
         let reason = format!("its target {}.{} has gone", binding.instance, binding.port);
-        self.end(source.as_ref(), &reason, events);
+        self.end(source.as_ref(), &reason, parting, events);
     }
 
     /// Closes a source. One in this process has no connection that would break, so it is told here.
-    fn end(&self, source: Option<&Arc<Source>>, reason: &str, events: &Events) {
-        if let Some(source) = source
-            && self.port.close(source)
-            && source.is_direct()
-        {
+    fn end(&self, source: Option<&Arc<Source>>, reason: &str, parting: Parting, events: &Events) {
+        let Some(source) = source else {
+            return;
+        };
+        if self.port.close(source, parting) && source.is_direct() {
             let target = format!("connector/{}", self.binding.connector);
             events.changed(target, reason.to_owned());
         }
+    }
+
+    /// True when its source is, or was, in this process.
+    pub fn is_direct(&self) -> bool {
+        let link = lock(&self.link);
+        link.source
+            .as_ref()
+            .is_some_and(|source| source.is_direct())
     }
 
     /// What the inventory shows.
@@ -122,7 +132,7 @@ impl Bindings {
             if former.binding == end.binding && former.incarnation == end.incarnation {
                 return Ok(Arc::clone(former));
             }
-            former.close(events);
+            former.close(events, Parting::GoodBye);
         } else if ends.len() >= MAX_BINDINGS {
             return Err(conflict(format!(
                 "there are {MAX_BINDINGS} bindings already"
@@ -192,7 +202,7 @@ mod tests {
         let first = end.open(None, &events).unwrap();
         let second = end.open(None, &events).unwrap();
         assert!(!first.is_open() && second.is_open());
-        end.close(&events);
+        end.close(&events, Parting::GoodBye);
         assert!(!second.is_open() && !end.info().connected);
     }
 
@@ -200,7 +210,10 @@ mod tests {
     fn an_end_that_was_removed_takes_nobody_in() {
         let (bindings, events) = (Bindings::default(), Events::default());
         let end = bindings.add(end("in", "i1"), &events, || Ok(())).unwrap();
-        bindings.remove("c").unwrap().close(&events);
+        bindings
+            .remove("c")
+            .unwrap()
+            .close(&events, Parting::GoodBye);
         let refusal = end.open(None, &events).unwrap_err();
         assert!(refusal.message.contains("it was unbound"), "{refusal}");
         assert!(!end.info().connected);

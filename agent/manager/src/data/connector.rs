@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
 
-use super::Payload;
 use super::in_port::InPort;
 use super::outbox::Outbox;
 use super::source::Source;
+use super::{Parting, Payload};
 use crate::sync::lock;
 
 /// A connector. Its counters begin with its connection.
@@ -41,13 +41,13 @@ pub enum Link {
 }
 
 impl Link {
-    fn close(&self) {
+    fn close(&self, parting: Parting) {
         match self {
             Self::Connecting | Self::Closed => {}
             Self::Direct { port, source } => {
-                port.close(source);
+                port.close(source, parting);
             }
-            Self::Socket(outbox) => outbox.close(),
+            Self::Socket(outbox) => outbox.close(parting),
         }
     }
 }
@@ -71,15 +71,15 @@ impl Connector {
             *current = link;
             true
         } else {
-            link.close();
+            link.close(Parting::GoodBye);
             false
         }
     }
 
     /// Closes it; true when it was not closed before.
-    pub fn close(&self) -> bool {
+    pub fn close(&self, parting: Parting) -> bool {
         let former = std::mem::replace(&mut *lock(&self.link), Link::Closed);
-        former.close();
+        former.close(parting);
         !matches!(former, Link::Closed)
     }
 

@@ -4,7 +4,7 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use rts_manager_api::PROTOCOL_VERSION;
+use rts_manager_api::OLDEST_PROTOCOL_VERSION;
 use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
 use rts_manager_api::data::{DataHello, DataReply};
 use rts_manager_api::frame::{self, FrameError};
@@ -16,16 +16,24 @@ use crate::failure::failure;
 /// Time for dialling and for the other end's answer.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// A connection that both ends have agreed on.
+pub struct Dialled {
+    /// The connection.
+    pub stream: UnixStream,
+    /// The other end understands a good-bye.
+    pub good_bye: bool,
+}
+
 /// Dials and agrees with the other end.
 pub fn dial(
     socket: &str,
     request: &ConnectRequest,
     data_type: &str,
     deadline: Instant,
-) -> Result<UnixStream, Failure> {
+) -> Result<Dialled, Failure> {
     let until = deadline.min(Instant::now() + PATIENCE);
     let hello = DataHello {
-        version: PROTOCOL_VERSION,
+        version: OLDEST_PROTOCOL_VERSION,
         connector: request.connector.clone(),
         source: format!("{}.{}", request.instance, request.port),
         instance: request.target_instance.clone(),
@@ -51,5 +59,8 @@ pub fn dial(
     let reply: DataReply =
         frame::read_answer(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
     reply.result?;
-    Ok(stream)
+    Ok(Dialled {
+        stream,
+        good_bye: reply.good_bye,
+    })
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use super::budget::{self, Budget};
 use super::queue::Queue;
 use super::source::Source;
-use super::{Payload, QUEUE_BYTES, QUEUE_LENGTH};
+use super::{Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH};
 use crate::sync::lock;
 
 /// An in-port.
@@ -93,10 +93,10 @@ impl InPort {
     }
 
     /// Closes a source and drops what waits from it. True when it was open.
-    pub fn close(&self, source: &Arc<Source>) -> bool {
+    pub fn close(&self, source: &Arc<Source>, parting: Parting) -> bool {
         // Under the lock, so that nothing is pushed afterwards.
         let mut waiting = lock(&self.waiting);
-        let was_open = source.close();
+        let was_open = source.close(parting);
         if let Some(lane) = waiting.take_lane(key(source)) {
             lane.skip();
         }
@@ -248,8 +248,8 @@ mod tests {
         let second = Arc::new(Source::new(None));
         send(&port, &first, 1..=3);
         send(&port, &second, 11..=13);
-        assert!(port.close(&first));
-        assert!(!port.close(&first));
+        assert!(port.close(&first, Parting::Loss));
+        assert!(!port.close(&first, Parting::Loss));
         assert!(!port.push(&first, 4, Payload::new(), || panic!("must not be counted")));
         assert_eq!(read_all(&port), [11, 12, 13]);
         assert_eq!((first.counts().received, first.counts().drops), (0, 3));

@@ -14,6 +14,26 @@ pub mod queue;
 pub mod receive;
 pub mod source;
 
+/// How a connection ends at this side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parting {
+    /// By an order: the other end is told, and nothing is lost to it.
+    GoodBye,
+    /// By itself: to the other end it is a loss.
+    Loss,
+}
+
+/// Why a connection came to its end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ended {
+    /// This side closed it.
+    Here,
+    /// The other side said good-bye.
+    GoodBye,
+    /// The other side is lost: what was seen of it.
+    Lost(String),
+}
+
 /// The payload of a sample, shared by all connectors that it goes to.
 pub type Payload = bytes::Bytes;
 

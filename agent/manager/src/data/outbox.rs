@@ -1,21 +1,27 @@
 //! The sending half of a connector over a socket: a bounded queue and a thread that empties it.
 
-use std::io::{self, Write};
+use std::io;
 use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-use rustix::event::{EventfdFlags, PollFd, PollFlags, eventfd, poll};
+use rts_manager_api::data::GOOD_BYE;
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
+use rustix::io::Errno;
+use rustix::net::{RecvFlags, SendFlags};
 
 use super::budget;
 use super::queue::Queue;
-use super::{Payload, QUEUE_BYTES, QUEUE_LENGTH};
+use super::{Ended, Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH};
 use crate::sync::lock;
 
 /// Small samples are gathered into writes of about this size.
 const GATHER: usize = 64 * 1024;
+
+/// A connection that is closed has this long to take what is half sent, and the good-bye.
+const PARTING: Duration = Duration::from_millis(500);
 
 /// Queue, socket and the signal between them.
 #[derive(Debug)]
@@ -23,18 +29,21 @@ pub struct Outbox {
     queue: Mutex<Queue<(u64, Payload)>>,
     filled: OwnedFd,
     stream: UnixStream,
-    closed: AtomicBool,
+    /// The other end understands a good-bye.
+    good_bye: bool,
+    /// Since when it is to end.
+    leaving: Mutex<Option<Instant>>,
 }
 
 impl Outbox {
     /// An outbox for a connection whose other end has agreed.
-    pub fn new(stream: UnixStream) -> io::Result<Self> {
-        stream.set_write_timeout(None)?;
+    pub fn new(stream: UnixStream, good_bye: bool) -> io::Result<Self> {
         Ok(Self {
             queue: Mutex::new(Queue::new(QUEUE_LENGTH, QUEUE_BYTES, &budget::PROCESS)),
             filled: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             stream,
-            closed: AtomicBool::new(false),
+            good_bye,
+            leaving: Mutex::default(),
         })
     }
 
@@ -53,30 +62,59 @@ impl Outbox {
         drops
     }
 
-    /// Ends the connection and its thread.
-    pub fn close(&self) {
-        self.closed.store(true, Ordering::Release);
-        let _ = self.stream.shutdown(Shutdown::Both);
+    /// Ends the connection and its thread. Never blocks: that thread says the good-bye.
+    pub fn close(&self, parting: Parting) {
+        lock(&self.leaving).get_or_insert_with(Instant::now);
+        if parting == Parting::Loss || !self.good_bye {
+            let _ = self.stream.shutdown(Shutdown::Both);
+        }
         self.wake();
     }
 
     /// Sends until the connection ends; says why it did. For a thread of its own.
-    pub fn send(&self) -> String {
+    pub fn send(&self) -> Ended {
+        let ended = self.send_all().unwrap_or_else(|error| {
+            if self.leaves() {
+                Ended::Here
+            } else {
+                self.judge(&error.to_string())
+            }
+        });
+        let _ = self.stream.shutdown(Shutdown::Both);
+        ended
+    }
+
+    fn send_all(&self) -> io::Result<Ended> {
         let mut buffer = Vec::new();
         loop {
-            if let Err(error) = self.send_queued(&mut buffer) {
-                return error.to_string();
+            self.send_queued(&mut buffer)?;
+            if self.leaves() {
+                if self.good_bye {
+                    self.write(&GOOD_BYE)?;
+                }
+                return Ok(Ended::Here);
             }
-            match self.wait() {
-                Ok(true) => {}
-                Ok(false) => return "the other end closed the connection".to_owned(),
-                Err(error) => return error.to_string(),
+            if !self.wait()? {
+                return Ok(self.judge("the other end closed the connection"));
             }
         }
     }
 
+    fn leaves(&self) -> bool {
+        lock(&self.leaving).is_some()
+    }
+
+    /// Why the other end has gone. It sends nothing but its good-bye.
+    fn judge(&self, otherwise: &str) -> Ended {
+        let mut byte = [0];
+        match rustix::net::recv(&self.stream, &mut byte, RecvFlags::DONTWAIT) {
+            Ok((1.., _)) => Ended::GoodBye,
+            _ => Ended::Lost(otherwise.to_owned()),
+        }
+    }
+
     fn send_queued(&self, buffer: &mut Vec<u8>) -> io::Result<()> {
-        loop {
+        while !self.leaves() {
             let sample = lock(&self.queue).pop();
             let Some((sequence, payload)) = sample else {
                 break;
@@ -87,34 +125,66 @@ impl Outbox {
                 buffer.extend(&payload);
             }
             if payload.len() >= GATHER / 2 || buffer.len() >= GATHER {
-                (&self.stream).write_all(buffer)?;
+                self.write(buffer)?;
                 buffer.clear();
             }
             if payload.len() >= GATHER / 2 {
-                (&self.stream).write_all(&payload)?;
+                self.write(&payload)?;
             }
         }
-        (&self.stream).write_all(buffer)?;
+        self.write(buffer)?;
         buffer.clear();
+        Ok(())
+    }
+
+    /// Writes all, while the connection is not closed for too long.
+    fn write(&self, mut bytes: &[u8]) -> io::Result<()> {
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        while !bytes.is_empty() {
+            match rustix::net::send(&self.stream, bytes, flags) {
+                Ok(sent) => bytes = &bytes[sent..],
+                Err(Errno::AGAIN) => {
+                    self.poll(PollFlags::OUT)?;
+                }
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
         Ok(())
     }
 
     /// Waits for a sample; false when the other end has gone. The other end never sends, so anything from it is an end.
     fn wait(&self) -> io::Result<bool> {
+        Ok(self.poll(PollFlags::IN)?.is_empty())
+    }
+
+    /// Waits for the stream or for a wake-up; returns what the stream is ready for.
+    fn poll(&self, flags: PollFlags) -> io::Result<PollFlags> {
+        let left = match *lock(&self.leaving) {
+            None => None,
+            Some(since) => {
+                let left = PARTING.checked_sub(since.elapsed());
+                Some(left.ok_or(io::ErrorKind::TimedOut)?)
+            }
+        };
+        let timeout = left.map(|left| Timespec {
+            tv_sec: 0,
+            tv_nsec: left.subsec_nanos().into(),
+        });
         let mut fds = [
-            PollFd::new(&self.stream, PollFlags::IN),
+            PollFd::new(&self.stream, flags),
             PollFd::new(&self.filled, PollFlags::IN),
         ];
-        match poll(&mut fds, None) {
-            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+        match poll(&mut fds, timeout.as_ref()) {
+            Ok(_) | Err(Errno::INTR) => {}
             Err(error) => return Err(error.into()),
         }
-        if !fds[0].revents().is_empty() || self.closed.load(Ordering::Acquire) {
-            return Ok(false);
+        let [stream, filled] = fds.map(|fd| fd.revents());
+        if !filled.is_empty() {
+            let mut count = [0; 8];
+            let _ = rustix::io::read(&self.filled, &mut count);
         }
-        let mut count = [0; 8];
-        let _ = rustix::io::read(&self.filled, &mut count);
-        Ok(true)
+        Ok(stream)
     }
 
     fn wake(&self) {
@@ -136,7 +206,7 @@ mod tests {
     #[test]
     fn samples_of_all_sizes_pass_and_both_ends_notice_the_end() {
         let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left).unwrap());
+        let outbox = Arc::new(Outbox::new(left, true).unwrap());
         let sender = thread::spawn({
             let outbox = Arc::clone(&outbox);
             move || outbox.send()
@@ -164,15 +234,57 @@ mod tests {
             assert!(payload.iter().all(|byte| *byte == size as u8));
         }
         assert_eq!(source.counts().gaps, 0);
-        outbox.close();
-        receiver.join().unwrap().unwrap();
-        sender.join().unwrap();
+        outbox.close(Parting::GoodBye);
+        assert_eq!(receiver.join().unwrap(), Ended::GoodBye);
+        assert_eq!(sender.join().unwrap(), Ended::Here);
+    }
+
+    /// A sender whose receiver ended by `end`, with samples under way that it never read.
+    fn ended(end: impl FnOnce(&Source)) -> Ended {
+        let (left, right) = UnixStream::pair().unwrap();
+        let outbox = Arc::new(Outbox::new(left, true).unwrap());
+        let source = Source::new(Some(right));
+        for sequence in 1..10 {
+            outbox.push(sequence, vec![0; 1 << 20].into(), || ());
+        }
+        let sender = thread::spawn(move || outbox.send());
+        thread::sleep(Duration::from_millis(20));
+        end(&source);
+        drop(source);
+        sender.join().unwrap()
+    }
+
+    #[test]
+    fn a_good_bye_tells_an_end_from_a_loss_also_when_samples_are_under_way() {
+        assert_eq!(
+            ended(|source| {
+                source.close(Parting::GoodBye);
+            }),
+            Ended::GoodBye
+        );
+        assert!(matches!(ended(|_| ()), Ended::Lost(_)));
+    }
+
+    #[test]
+    fn one_that_is_closed_does_not_wait_for_a_receiver_that_stalls() {
+        let (left, _right) = UnixStream::pair().unwrap();
+        let outbox = Arc::new(Outbox::new(left, true).unwrap());
+        outbox.push(1, vec![0; 1 << 24].into(), || ());
+        let sender = thread::spawn({
+            let outbox = Arc::clone(&outbox);
+            move || outbox.send()
+        });
+        thread::sleep(Duration::from_millis(20));
+        let begin = Instant::now();
+        outbox.close(Parting::GoodBye);
+        assert_eq!(sender.join().unwrap(), Ended::Here);
+        assert!(begin.elapsed() < Duration::from_secs(10));
     }
 
     #[test]
     fn a_stalled_receiver_costs_the_oldest_samples_and_blocks_nobody() {
         let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left).unwrap());
+        let outbox = Arc::new(Outbox::new(left, true).unwrap());
         let sender = thread::spawn({
             let outbox = Arc::clone(&outbox);
             move || outbox.send()
@@ -183,6 +295,6 @@ mod tests {
             .sum();
         assert!(drops > 100, "{drops}");
         drop(right);
-        assert!(!sender.join().unwrap().is_empty());
+        assert!(matches!(sender.join().unwrap(), Ended::Lost(_)));
     }
 }

@@ -4,37 +4,55 @@ use std::io::{self, BufReader, Read};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 
-use rts_manager_api::data::MAX_SAMPLE;
+use rts_manager_api::data::{GOOD_BYE, MAX_SAMPLE};
 
-use super::Payload;
 use super::in_port::InPort;
 use super::source::Source;
+use super::{Ended, Payload};
 
 /// Memory for a sample is taken in steps of this size as its bytes arrive, not on the word of its sender.
 const STEP: usize = 64 * 1024;
 
-/// Moves samples into an in-port until the connection ends. An end between two samples is no error.
-pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>) -> io::Result<()> {
-    let mut reader = BufReader::with_capacity(STEP, stream);
-    while let Some((sequence, payload)) = sample(&mut reader)? {
-        if !port.push(source, sequence, payload, || ()) {
-            break;
-        }
-    }
-    Ok(())
+/// What the out-port end sends.
+#[derive(Debug, PartialEq, Eq)]
+enum Message {
+    Sample(u64, Payload),
+    GoodBye,
+    /// Nothing more, between two messages.
+    End,
 }
 
-/// Reads one sample; none at the end of the stream.
-fn sample(reader: &mut impl Read) -> io::Result<Option<(u64, Payload)>> {
-    let mut first = [0];
-    if reader.read(&mut first)? == 0 {
-        return Ok(None);
+/// Moves samples into an in-port until the connection ends; says why it did.
+pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>) -> Ended {
+    let mut reader = BufReader::with_capacity(STEP, stream);
+    loop {
+        match message(&mut reader) {
+            Ok(Message::Sample(sequence, payload)) => {
+                if !port.push(source, sequence, payload, || ()) {
+                    return Ended::Here;
+                }
+            }
+            Ok(Message::GoodBye) => return Ended::GoodBye,
+            Ok(Message::End) => {
+                return Ended::Lost("its source closed without a good-bye".to_owned());
+            }
+            Err(error) => return Ended::Lost(error.to_string()),
+        }
     }
-    let mut rest = [0; 11];
-    reader.read_exact(&mut rest)?;
-    let length = u32::from_be_bytes([first[0], rest[0], rest[1], rest[2]]) as usize;
+}
+
+fn message(reader: &mut impl Read) -> io::Result<Message> {
+    let mut header = [0; 4];
+    if reader.read(&mut header[..1])? == 0 {
+        return Ok(Message::End);
+    }
+    reader.read_exact(&mut header[1..])?;
+    if header == GOOD_BYE {
+        return Ok(Message::GoodBye);
+    }
     let mut sequence = [0; 8];
-    sequence.copy_from_slice(&rest[3..]);
+    reader.read_exact(&mut sequence)?;
+    let length = u32::from_be_bytes(header) as usize;
     let size = length
         .checked_sub(8)
         .filter(|size| *size <= MAX_SAMPLE)
@@ -49,7 +67,10 @@ fn sample(reader: &mut impl Read) -> io::Result<Option<(u64, Payload)>> {
     if payload.len() < size {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    Ok(Some((u64::from_be_bytes(sequence), payload.into())))
+    Ok(Message::Sample(
+        u64::from_be_bytes(sequence),
+        payload.into(),
+    ))
 }
 
 #[cfg(test)]
@@ -62,11 +83,14 @@ mod tests {
 
     #[test]
     fn samples_are_read_one_after_the_other() {
-        let bytes = [frame(11, 1, b"abc"), frame(8, 2, b"")].concat();
+        let good_bye = GOOD_BYE.to_vec();
+        let bytes = [frame(11, 1, b"abc"), frame(8, 2, b""), good_bye].concat();
         let mut reader = &bytes[..];
-        assert_eq!(sample(&mut reader).unwrap(), Some((1, "abc".into())));
-        assert_eq!(sample(&mut reader).unwrap(), Some((2, Payload::new())));
-        assert_eq!(sample(&mut reader).unwrap(), None);
+        let mut next = || message(&mut reader).unwrap();
+        assert_eq!(next(), Message::Sample(1, "abc".into()));
+        assert_eq!(next(), Message::Sample(2, Payload::new()));
+        assert_eq!(next(), Message::GoodBye);
+        assert_eq!(next(), Message::End);
     }
 
     #[test]
@@ -77,7 +101,7 @@ mod tests {
             frame(20, 1, b"abc"),
             vec![0, 0],
         ] {
-            assert!(sample(&mut &bytes[..]).is_err(), "{bytes:?}");
+            assert!(message(&mut &bytes[..]).is_err(), "{bytes:?}");
         }
     }
 }

@@ -5,6 +5,9 @@ use std::os::unix::net::UnixStream;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use rustix::net::SendFlags;
+
+use super::Parting;
 use crate::sync::lock;
 
 /// A connection. Its writer numbers samples from 1; its counters begin with it.
@@ -56,11 +59,18 @@ impl Source {
     }
 
     /// Closes it; true when it was open. For the in-port, which then lets its samples go.
-    pub(super) fn close(&self) -> bool {
+    pub(super) fn close(&self, parting: Parting) -> bool {
+        // First: the other end answers a good-bye by closing, which must not look like a loss here.
+        let was_open = self.open.swap(false, Ordering::AcqRel);
         if let Some(stream) = lock(&self.stream).take() {
+            if parting == Parting::GoodBye {
+                // Nothing else is ever sent there, so there is room.
+                let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+                let _ = rustix::net::send(&stream, &[0], flags);
+            }
             let _ = stream.shutdown(Shutdown::Both);
         }
-        self.open.swap(false, Ordering::AcqRel)
+        was_open
     }
 
     /// Counts a sample that was read.
@@ -105,8 +115,8 @@ mod tests {
     fn a_source_that_died_holds_no_file_descriptor() {
         let (ours, mut theirs) = UnixStream::pair().unwrap();
         let source = Source::new(Some(ours));
-        assert!(source.close());
-        assert!(!source.close());
+        assert!(source.close(Parting::Loss));
+        assert!(!source.close(Parting::Loss));
         assert_eq!(theirs.read(&mut [0]).unwrap(), 0);
         assert!(lock(&source.stream).is_none());
         assert!(!source.is_direct());

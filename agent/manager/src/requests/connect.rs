@@ -12,6 +12,7 @@ use crate::data::binding::End;
 use crate::data::connector::{Connector, Link};
 use crate::data::dial::dial;
 use crate::data::outbox::Outbox;
+use crate::data::{Ended, Parting};
 use crate::failure::{conflict, internal};
 use crate::manager::Manager;
 use crate::slots::Slot;
@@ -37,7 +38,7 @@ fn add_end(manager: &Manager, binding: Binding) -> Result<Arc<End>, Failure> {
 /// Removes an in-port end.
 pub fn unbind(manager: &Manager, connector: &str) -> ResponseBody {
     if let Some(end) = manager.bindings.remove(connector) {
-        end.close(&manager.events);
+        end.close(&manager.events, Parting::GoodBye);
     }
     ResponseBody::Done
 }
@@ -46,7 +47,7 @@ pub fn unbind(manager: &Manager, connector: &str) -> ResponseBody {
 pub fn disconnect(manager: &Manager, instance: &str, connector: &str) -> ResponseBody {
     if let Ok(component) = manager.component(instance) {
         for connector in component.take_connectors(|c| c.request.connector == connector) {
-            connector.close();
+            connector.close(Parting::GoodBye);
         }
     }
     ResponseBody::Done
@@ -64,7 +65,7 @@ pub fn connect(
     };
     let connected = establish(manager, &component, &connector, deadline);
     if connected.is_err() {
-        connector.close();
+        connector.close(Parting::GoodBye);
         component.take_connectors(|c| Arc::ptr_eq(c, &connector));
     }
     connected.map(|()| ResponseBody::Done)
@@ -81,7 +82,7 @@ fn add(component: &Component, request: ConnectRequest) -> Result<Option<Arc<Conn
         return Ok(None);
     }
     for former in component.take_connectors(|c| c.request.connector == request.connector) {
-        former.close();
+        former.close(Parting::GoodBye);
     }
     let connector = Arc::new(Connector::new(request));
     port.add(&connector, || component.check_stays())?;
@@ -107,8 +108,8 @@ fn establish(
         .outgoing
         .take()
         .ok_or_else(|| conflict("there are too many connections to other managers already"))?;
-    let stream = dial(socket, request, &port.data_type, deadline)?;
-    let outbox = Outbox::new(stream)
+    let dialled = dial(socket, request, &port.data_type, deadline)?;
+    let outbox = Outbox::new(dialled.stream, dialled.good_bye)
         .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;
     let outbox = Arc::new(outbox);
     agreed(
@@ -161,6 +162,20 @@ fn direct(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Resul
     })
 }
 
+/// Tells of a connection that this side did not close.
+fn report(manager: &Manager, request: &ConnectRequest, ended: &Ended) {
+    let name = &request.connector;
+    let reason = match ended {
+        Ended::Lost(reason) => reason,
+        Ended::GoodBye | Ended::Here => "the other end closed the connection",
+    };
+    let message = format!("disconnected: {reason}");
+    manager.events.changed(format!("connector/{name}"), message);
+    if matches!(ended, Ended::Lost(_)) {
+        manager.lose(&request.instance, name);
+    }
+}
+
 /// Starts the thread that sends. A connection that breaks is reported, not dialled again.
 fn send(
     manager: &Arc<Manager>,
@@ -169,15 +184,11 @@ fn send(
     slot: Slot,
 ) -> Result<(), Failure> {
     let spawned = thread::Builder::new().name("sender".to_owned()).spawn({
-        let (events, connector) = (manager.events.clone(), Arc::clone(connector));
+        let (manager, connector) = (Arc::clone(manager), Arc::clone(connector));
         move || {
-            let reason = outbox.send();
-            if connector.close() {
-                let name = &connector.request.connector;
-                events.changed(
-                    format!("connector/{name}"),
-                    format!("disconnected: {reason}"),
-                );
+            let ended = outbox.send();
+            if connector.close(Parting::Loss) {
+                report(&manager, &connector.request, &ended);
             }
             drop(slot);
         }

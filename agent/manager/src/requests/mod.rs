@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use rts_manager_api::control::{CreateRequest, Failure, RequestBody, ResponseBody};
 
-use crate::component::{self, Action};
+use crate::component::{self, Action, policy};
 use crate::failure::{list, not_found};
 use crate::manager::Manager;
 use crate::sync::lock;
@@ -37,8 +37,17 @@ pub fn handle(
             sets,
             active,
             rate,
-            on_disconnect: _,
-        } => act(&instance, Action::Configure { sets, active, rate }),
+            on_disconnect,
+        } => {
+            let on_disconnect = on_disconnect.as_deref().map(policy).transpose()?;
+            let action = Action::Configure {
+                sets,
+                active,
+                rate,
+                on_disconnect,
+            };
+            act(&instance, action)
+        }
         RequestBody::Bind(binding) => connect::bind(manager, binding),
         RequestBody::Unbind { connector } => Ok(connect::unbind(manager, &connector)),
         RequestBody::Connect(request) => connect::connect(manager, request, deadline),

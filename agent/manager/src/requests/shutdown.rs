@@ -3,11 +3,15 @@
 use std::time::{Duration, Instant};
 
 use crate::component::Action;
+use crate::data::Parting;
 use crate::log;
 use crate::manager::Manager;
 
 /// Kept for the answer; less of a short deadline.
 const MARGIN: Duration = Duration::from_millis(100);
+
+/// Time for good-byes to leave, which takes longer only when the other end stalls.
+const GOOD_BYES: Duration = Duration::from_secs(1);
 
 /// Deletes all components at once, each on its own thread. Those that hang are left behind at the deadline.
 pub fn shutdown(manager: &Manager, deadline: Instant) {
@@ -29,6 +33,11 @@ pub fn shutdown(manager: &Manager, deadline: Instant) {
                 "{} is left behind: {failure}",
                 component.identity.instance
             ));
+            // Its thread cannot do it any more; to its peers this is a planned end all the same.
+            manager.detach(&component, Parting::GoodBye);
         }
     }
+    // Some time even when components that hang have used it all up; the answer comes after it.
+    let now = Instant::now();
+    manager.wait_for_good_byes(deadline.min(now + GOOD_BYES).max(now + MARGIN / 2));
 }

@@ -245,6 +245,17 @@ pub fn until(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
+/// Configures nothing but the policy for a lost peer.
+pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
+    RequestBody::Configure {
+        instance: instance.to_owned(),
+        sets: BTreeMap::new(),
+        active: None,
+        rate: None,
+        on_disconnect: Some(policy.to_owned()),
+    }
+}
+
 /// A control connection that keeps pushed events.
 pub struct Listener(BufReader<UnixStream>);
 

@@ -1,11 +1,11 @@
 //! `cargo xtask bench launch --local`: from `rtsctl apply` to all components Active, beside what it cannot beat.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
+use super::stack::Stack;
 use super::{floors, stats};
 use crate::project;
 
@@ -41,13 +41,13 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let programs = project::programs(profile);
     let stack = Stack::start(&programs)?;
-    let one = stack.system("one", false)?;
-    let ten = stack.system("ten", true)?;
+    let one = system(&stack, "one", false)?;
+    let ten = system(&stack, "ten", true)?;
     let mut rows = [const { Vec::new() }; 4];
     for run in 0..=args.runs {
         let times = [
-            stack.apply("one", &one)?,
-            stack.apply("ten", &ten)?,
+            apply(&stack, "one", &one)?,
+            apply(&stack, "ten", &ten)?,
             floors::dlopen_and_create(&programs.join(MODULE), stack.folder.path(), COMPONENTS)?,
             floors::spawn_until_answer(
                 &programs.join("rts-manager"),
@@ -81,26 +81,9 @@ pub fn run(args: &Args) -> Result<()> {
     stats::print(&rows, args.json)
 }
 
-/// A local stack in a folder of its own.
-struct Stack {
-    folder: tempfile::TempDir,
-    rtsctl: PathBuf,
-}
-
-impl Stack {
-    fn start(programs: &Path) -> Result<Self> {
-        let folder = tempfile::Builder::new().prefix("rtsb").tempdir_in("/tmp")?;
-        let stack = Self {
-            folder,
-            rtsctl: programs.join("rtsctl"),
-        };
-        stack.rtsctl(&["up"])?;
-        Ok(stack)
-    }
-
-    /// Writes a profile of components that share a process, or have one each.
-    fn system(&self, name: &str, isolated: bool) -> Result<PathBuf> {
-        let components: String = (0..COMPONENTS)
+/// Writes a profile of components that share a process, or have one each.
+fn system(stack: &Stack, name: &str, isolated: bool) -> Result<PathBuf> {
+    let components: String = (0..COMPONENTS)
             .map(|i| {
                 format!(
                     r#"<rts:Components rts:id="RTC:rtsctl:bench:{TYPE}:1.0" rts:instanceName="{name}{i}" rts:pathUri="localhost/{name}{i}.rtc" rts:compositeType="None" rts:isRequired="true">
@@ -111,54 +94,22 @@ impl Stack {
                 )
             })
             .collect();
-        let text = format!(
-            r#"<?xml version="1.0" encoding="UTF-8"?>
+    let text = format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
 <rts:RtsProfile rts:id="RTSystem:rtsctl:{name}:1.0" rts:version="0.2" rts:creationDate="2026-01-01T00:00:00" rts:updateDate="2026-01-01T00:00:00" xmlns:rts="http://www.openrtp.org/namespaces/rts" xmlns:rtsExt="http://www.openrtp.org/namespaces/rts_ext">
 {components}</rts:RtsProfile>
 "#
-        );
-        let file = self.folder.path().join(format!("{name}.xml"));
-        std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
-        Ok(file)
-    }
-
-    /// Time of one apply until it says converged; the system is taken down again afterwards.
-    fn apply(&self, name: &str, file: &Path) -> Result<Duration> {
-        let start = Instant::now();
-        self.rtsctl(&["apply", &file.to_string_lossy()])?;
-        let took = start.elapsed();
-        self.rtsctl(&["teardown", name, "--yes"])?;
-        Ok(took)
-    }
-
-    fn stop(self) -> Result<()> {
-        self.rtsctl(&["down", "--yes"])
-    }
-
-    fn rtsctl(&self, arguments: &[&str]) -> Result<()> {
-        let mut command = Command::new(&self.rtsctl);
-        command
-            .args(arguments)
-            .env("RTSCTL_HOME", self.folder.path().join("home"))
-            .stdin(Stdio::null());
-        let output = command
-            .output()
-            .with_context(|| format!("cannot start {}", self.rtsctl.display()))?;
-        if !output.status.success() {
-            bail!(
-                "{} ended with {}: {}",
-                project::shown(&command),
-                output.status,
-                String::from_utf8_lossy(&output.stderr)
-            );
-        }
-        Ok(())
-    }
+    );
+    let file = stack.folder.path().join(format!("{name}.xml"));
+    std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+    Ok(file)
 }
 
-impl Drop for Stack {
-    fn drop(&mut self) {
-        // After an error in the middle; when all went well, nothing runs any more and this does nothing.
-        let _ = self.rtsctl(&["down", "--purge", "--yes"]);
-    }
+/// Time of one apply until it says converged; the system is taken down again afterwards.
+fn apply(stack: &Stack, name: &str, file: &Path) -> Result<Duration> {
+    let start = Instant::now();
+    stack.rtsctl(&["apply", &file.to_string_lossy()])?;
+    let took = start.elapsed();
+    stack.rtsctl(&["teardown", name, "--yes"])?;
+    Ok(took)
 }

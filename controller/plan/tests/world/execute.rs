@@ -33,6 +33,7 @@ impl World {
     pub fn execute(&mut self, plan: &Plan, chance: Chance<'_>) -> Result<Run, Broken> {
         let mut run = Run::default();
         self.done.clear();
+        self.acted.clear();
         let mut open: BTreeMap<StepId, &Step> = plan.steps.iter().map(|s| (s.id, s)).collect();
         let mut lost: BTreeSet<StepId> = BTreeSet::new();
         while !open.is_empty() {
@@ -70,15 +71,18 @@ impl World {
                 run.failed.insert(on(&step.node, &step.target), reason);
                 continue;
             }
-            self.step(step, plan).map_err(|why| {
-                format!(
-                    "step {} {} {}: {why}",
-                    step.id,
-                    step.work.kind(),
-                    step.target
-                )
-            })?;
-            self.done.insert(step.id);
+            match self.step(step, plan) {
+                Ok(()) => drop(self.done.insert(step.id)),
+                Err(_) if self.done_already(step) => drop(self.done.insert(step.id)),
+                Err(why) if self.excused(step) => {
+                    lost.insert(step.id);
+                    run.failed.insert(on(&step.node, &step.target), why);
+                }
+                Err(why) => {
+                    let (id, kind, target) = (step.id, step.work.kind(), &step.target);
+                    return Err(format!("step {id} {kind} {target}: {why}"));
+                }
+            }
         }
         self.notice();
         Ok(run)
@@ -202,6 +206,7 @@ impl World {
             configuration,
             execution_kind,
             rate,
+            on_disconnect,
             ..
         } = &step.work
         else {
@@ -228,6 +233,7 @@ impl World {
             self.new_component(instance, type_name, step.system.clone(), recreate_hash);
         component.configuration.clone_from(configuration);
         component.execution_kind = *execution_kind;
+        component.on_disconnect = *on_disconnect;
         component.rate = rate.unwrap_or(component.rate);
         let manager = self.manager(node, key)?;
         check(
@@ -336,7 +342,7 @@ impl World {
         self.manager(node, key)?
             .components
             .retain(|c| c.instance != instance);
-        self.notice();
+        self.lose(vec![component]);
         Ok(())
     }
 
@@ -361,7 +367,7 @@ impl World {
     }
 
     /// SYNC predecessors of a component that are not as they must be.
-    fn not_yet(
+    pub fn not_yet(
         &self,
         step: &Step,
         instance: &str,

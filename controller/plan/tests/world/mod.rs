@@ -5,14 +5,16 @@
 #![allow(dead_code)]
 
 pub mod execute;
+pub mod loss;
 pub mod specs;
+pub mod story;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_plan::desired::{Desired, ManagerKey, SystemRef};
 use rts_plan::observed::{
-    ComponentObserved, ConnectorState, Inventory, LifeCycleState, ManagerObserved, NodeObserved,
-    Observed,
+    ComponentObserved, ConnectorState, Held, Inventory, LifeCycleState, ManagerObserved,
+    NodeObserved, Observed,
 };
 use rts_plan::plan::StepId;
 use rts_plan::{NodeFacts, StoredSystem, place};
@@ -30,6 +32,10 @@ pub struct World {
     pub systems: Vec<StoredSystem>,
     /// Steps of the present plan that have been carried out.
     done: BTreeSet<StepId>,
+    /// Nodes and instances of components that acted by themselves since the present plan began.
+    acted: BTreeSet<(String, String)>,
+    /// Incarnations that stopped by themselves.
+    pub stopped: BTreeSet<String>,
     count: u32,
 }
 
@@ -77,8 +83,13 @@ impl World {
         }
     }
 
-    /// Stores a system, in place of an earlier one of its name.
+    /// Stores a system, in place of an earlier one of its name. Nothing of it is held any longer.
     pub fn apply(&mut self, system: StoredSystem) {
+        for inventory in self.nodes.values_mut() {
+            inventory
+                .held
+                .retain(|h| h.system.name != system.reference.name);
+        }
         self.systems
             .retain(|s| s.reference.name != system.reference.name);
         self.systems.push(system);
@@ -154,10 +165,30 @@ impl World {
     }
 
     pub fn remove_manager(&mut self, node: &str, key: &ManagerKey) {
-        if let Some(inventory) = self.nodes.get_mut(node) {
-            inventory.managers.retain(|m| m.key != *key);
-        }
-        self.notice();
+        let Some(inventory) = self.nodes.get_mut(node) else {
+            return;
+        };
+        let managers = std::mem::take(&mut inventory.managers).into_iter();
+        let (gone, left): (Vec<_>, _) = managers.partition(|m| m.key == *key);
+        inventory.managers = left;
+        self.lose(gone.into_iter().flat_map(|m| m.components).collect());
+    }
+
+    /// An agent holds the desired component at this place in the list.
+    pub fn hold(&mut self, nth: usize) {
+        let desired = self.desired();
+        let placed = desired.nodes.iter().flat_map(|(node, spec)| {
+            let parts = spec.systems.iter();
+            parts.flat_map(move |part| part.components.iter().map(move |c| (node, part, c)))
+        });
+        let Some((node, part, placed)) = placed.cycle().take(9).nth(nth) else {
+            return;
+        };
+        self.nodes.get_mut(node).unwrap().held.push(Held {
+            system: part.system.clone(),
+            instance: placed.spec.instance.clone(),
+            reason: "its process died 4 times within 10 min".to_owned(),
+        });
     }
 
     /// A person creates a component, in a process of their own or in one of a system.

@@ -7,7 +7,7 @@ use rts_plan::StoredSystem;
 use rts_plan::desired::SystemRef;
 use rts_schemas::system::{
     ComponentSpec, Condition, Configuration, ConnectorSpec, ExecutionContextSpec, ExecutionKind,
-    Orders, Placement, Policy, PortKind, PortRef, SendingTiming, SystemSpec, WaitFor,
+    OnDisconnect, Orders, Placement, Policy, PortKind, PortRef, SendingTiming, SystemSpec, WaitFor,
 };
 
 /// Nodes of random systems.
@@ -106,7 +106,7 @@ pub fn stored(spec: SystemSpec) -> StoredSystem {
     }
 }
 
-type Choices = (u8, u8, u8, u8, u8, bool, bool);
+type Choices = (u8, u8, u8, u8, u8, bool, bool, u8);
 
 /// A random system `name` with instances `{prefix}0`, `{prefix}1`, …
 pub fn system(
@@ -122,6 +122,7 @@ pub fn system(
         0..3u8,
         any::<bool>(),
         any::<bool>(),
+        0..5u8,
     );
     let connectors = prop::collection::vec((0..most, 0..most, 0..2u8), 0..most * 2);
     let orders = prop::collection::vec((0..5u8, 0..most, 0..most, any::<bool>(), 0..4u32), 0..8);
@@ -155,7 +156,7 @@ pub fn system(
 }
 
 fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
-    let (type_name, node, manager, gain, rate, reset, event) = choices;
+    let (type_name, node, manager, gain, rate, reset, event, policy) = choices;
     let mut spec = component(instance, &format!("T{type_name}"));
     spec.placement = Placement {
         node: Some(NODES[usize::from(node)].to_owned()),
@@ -166,10 +167,20 @@ fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
     set(&mut spec, "gain", ["1.0", "1", "2.5"][usize::from(gain)]);
     spec.execution_context.rate = [None, Some(100.0), Some(50.0)][usize::from(rate)];
     spec.policy.reset_on_error = reset;
+    spec.policy.on_disconnect = on_disconnect(policy);
     if event && manager == 3 {
         spec.execution_context.kind = ExecutionKind::EventDriven;
     }
     spec
+}
+
+/// `keep` is as likely as the others together.
+pub fn on_disconnect(choice: u8) -> OnDisconnect {
+    match choice {
+        0 => OnDisconnect::Deactivate,
+        1 => OnDisconnect::Stop,
+        _ => OnDisconnect::Keep,
+    }
 }
 
 fn random_connectors(

@@ -8,6 +8,7 @@ use std::path::Path;
 use redb::backends::FileBackend;
 use redb::{Database, Error};
 
+use super::migrate;
 use super::rows::{self, CLUSTER_UID, EPOCH, META, NODES, SYSTEMS, VERSION};
 use crate::store::{SCHEMA_VERSION, StoreError};
 
@@ -20,11 +21,24 @@ pub fn open(path: &Path, new_uid: &str) -> Result<Database, StoreError> {
     };
     let made = !path.exists();
     let file = options().create(true).truncate(false).open(path);
-    let database = take(path, file)?;
-    let found = prepare(&database, new_uid).map_err(|e| failed("open", path, e))?;
-    if found > SCHEMA_VERSION {
-        let path = path.to_owned();
-        return Err(StoreError::FutureSchema { path, found });
+    let mut database = take(path, file)?;
+    let found = migrate::version(&database).map_err(|e| failed("open", path, e))?;
+    match found {
+        None => make(&database, new_uid).map_err(|e| failed("make", path, e))?,
+        Some(SCHEMA_VERSION) => {}
+        Some(found) if found > SCHEMA_VERSION => {
+            let path = path.to_owned();
+            return Err(StoreError::FutureSchema { path, found });
+        }
+        Some(found) => {
+            // Closed while it is copied, so that the copy is whole.
+            drop(database);
+            let copy = migrate::keep_copy(path, found);
+            let copy = copy.map_err(|e| failed("copy", path, e.into()))?;
+            tracing::info!(from = found, to = SCHEMA_VERSION, copy = %copy.display(), "store migrated");
+            database = reopen(path)?;
+            migrate::migrate(&database, found).map_err(|e| failed("migrate", path, e))?;
+        }
     }
     if made {
         keep_name(path).map_err(|e| failed("make", path, e.into()))?;
@@ -47,23 +61,18 @@ fn take(path: &Path, file: io::Result<File>) -> Result<Database, StoreError> {
         .map_err(|e| failed("open", path, e.into()))
 }
 
-/// Writes the identity of a new store; gives the schema version.
-fn prepare(database: &Database, new_uid: &str) -> Result<u32, Error> {
+/// Writes the identity of a new store.
+fn make(database: &Database, new_uid: &str) -> Result<(), Error> {
     let transaction = database.begin_write()?;
-    let found = {
+    {
         let mut meta = transaction.open_table(META)?;
         transaction.open_table(SYSTEMS)?;
         transaction.open_table(NODES)?;
-        let found = rows::get::<u32>(&meta, VERSION)?;
-        if found.is_none() {
-            meta.insert(VERSION, rows::bytes(&SCHEMA_VERSION)?.as_slice())?;
-            meta.insert(CLUSTER_UID, rows::bytes(&new_uid)?.as_slice())?;
-            meta.insert(EPOCH, rows::bytes(&1u64)?.as_slice())?;
-        }
-        found
-    };
-    transaction.commit()?;
-    Ok(found.unwrap_or(SCHEMA_VERSION))
+        meta.insert(VERSION, rows::bytes(&SCHEMA_VERSION)?.as_slice())?;
+        meta.insert(CLUSTER_UID, rows::bytes(&new_uid)?.as_slice())?;
+        meta.insert(EPOCH, rows::bytes(&1u64)?.as_slice())?;
+    }
+    Ok(transaction.commit()?)
 }
 
 /// A new file's name must outlive a power cut as its contents do.

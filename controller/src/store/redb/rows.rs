@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use redb::{Database, Error, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{Database, Error, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// A table.
@@ -23,39 +23,69 @@ pub const CLUSTER_UID: &str = "clusterUid";
 pub const EPOCH: &str = "epoch";
 /// Key in [`META`]: revisions that may have been given out.
 pub const REVISIONS: &str = "revisions";
+/// Key in [`META`]: set by a restore.
+pub const RESTORED: &str = "restored";
 /// Key in [`META`]: what is written to see whether it can be.
 pub const PROBE: &str = "probe";
 
 /// One row's new value; none removes it.
-pub struct Change<'a> {
+pub struct Change {
     /// Table.
     pub table: Table,
     /// Key.
-    pub key: &'a str,
+    pub key: String,
     /// Value.
     pub value: Option<Vec<u8>>,
 }
 
-impl Change<'_> {
-    /// Writes it, durably.
-    pub fn write(&self, database: &Database) -> Result<(), Error> {
-        let transaction = database.begin_write()?;
-        {
-            let mut table = transaction.open_table(self.table)?;
-            match &self.value {
-                Some(value) => table.insert(self.key, value.as_slice())?,
-                None => table.remove(self.key)?,
-            };
-        }
-        Ok(transaction.commit()?)
+impl Change {
+    /// A new value.
+    pub fn put<T: Serialize>(table: Table, key: &str, value: &T) -> Result<Self, Error> {
+        let value = Some(bytes(value)?);
+        let key = key.to_owned();
+        Ok(Self { table, key, value })
     }
 
-    /// True when the store holds it.
-    pub fn is_in(&self, database: &Database) -> Result<bool, Error> {
+    /// No value any more.
+    pub fn remove(table: Table, key: &str) -> Self {
+        let key = key.to_owned();
+        let value = None;
+        Self { table, key, value }
+    }
+
+    fn make(&self, transaction: &WriteTransaction) -> Result<(), Error> {
+        let mut table = transaction.open_table(self.table)?;
+        match &self.value {
+            Some(value) => table.insert(self.key.as_str(), value.as_slice())?,
+            None => table.remove(self.key.as_str())?,
+        };
+        Ok(())
+    }
+
+    fn is_in(&self, database: &Database) -> Result<bool, Error> {
         let table = database.begin_read()?.open_table(self.table)?;
-        let found = table.get(self.key)?;
+        let found = table.get(self.key.as_str())?;
         Ok(found.as_ref().map(|row| row.value()) == self.value.as_deref())
     }
+}
+
+/// Makes all changes in one transaction, durably.
+pub fn write(database: &Database, changes: &[Change]) -> Result<(), Error> {
+    let transaction = database.begin_write()?;
+    for change in changes {
+        change.make(&transaction)?;
+    }
+    Ok(transaction.commit()?)
+}
+
+/// True when the store holds them all.
+pub fn are_in(database: &Database, changes: &[Change]) -> Result<bool, Error> {
+    for change in changes {
+        if !change.is_in(database)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// A value as JSON.

@@ -1,0 +1,51 @@
+//! Managers and components for tests.
+
+use rts_manager_api::control::{ComponentInfo, ManagerInventory};
+use rts_plan::desired::ManagerKey;
+
+use super::merge::View;
+
+/// A component without anything.
+pub(super) fn bare(instance: &str) -> ComponentInfo {
+    ComponentInfo {
+        instance: instance.to_owned(),
+        type_name: "T".to_owned(),
+        on_disconnect: None,
+        system: None,
+        incarnation: instance.to_owned(),
+        recreate_hash: String::new(),
+        restarts: 0,
+        created: String::new(),
+        state: "Active".to_owned(),
+        message: None,
+        sets: Default::default(),
+        active: String::new(),
+        defaults: Default::default(),
+        busy: None,
+        execution_kind: "periodic".to_owned(),
+        rate: 1.0,
+        executions: 0,
+        ports: Vec::new(),
+        connectors: Vec::new(),
+        bindings: Vec::new(),
+    }
+}
+
+/// A manager that answers.
+pub(super) fn view(components: Vec<ComponentInfo>) -> View {
+    View {
+        key: ManagerKey {
+            system: None,
+            name: "main".to_owned(),
+        },
+        incarnation: "i".to_owned(),
+        pid: 1,
+        started: String::new(),
+        responsive: true,
+        silent: None,
+        inventory: ManagerInventory {
+            modules: Default::default(),
+            components,
+        },
+    }
+}

@@ -1,0 +1,70 @@
+//! What the ledger's spec says of single components, to be had without waiting for the ledger.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rts_plan::desired::{NodeSpec, SystemRef};
+use rts_plan::place::digest;
+use rts_schemas::system::{LIVENESS_TIMEOUT_MS, OnHang, Policy, START_TIMEOUT_MS};
+
+/// The policies of all components of the ledger's spec, by system uid and instance name.
+#[derive(Debug, Default)]
+pub(crate) struct Policies {
+    components: BTreeMap<(String, String), Policy>,
+    /// System uid → digest of the system's part.
+    parts: BTreeMap<String, String>,
+}
+
+impl Policies {
+    /// Those of a spec.
+    pub fn of_spec(spec: &NodeSpec) -> Self {
+        let mut policies = Self::default();
+        for system in &spec.systems {
+            let uid = &system.system.uid;
+            let alone = NodeSpec {
+                node: String::new(),
+                systems: vec![system.clone()],
+            };
+            policies.parts.insert(uid.clone(), digest(&alone));
+            for placed in &system.components {
+                let key = (uid.clone(), placed.spec.instance.clone());
+                policies.components.insert(key, placed.spec.policy.clone());
+            }
+        }
+        policies
+    }
+
+    /// The policy of a component; none when the spec does not name it.
+    pub fn of(&self, system: &SystemRef, instance: &str) -> Option<&Policy> {
+        self.components
+            .get(&(system.uid.clone(), instance.to_owned()))
+    }
+
+    /// Names the very text of a system's part; none when the spec has no such system.
+    pub fn part(&self, system: &SystemRef) -> Option<&str> {
+        self.parts.get(&system.uid).map(String::as_str)
+    }
+
+    /// How long `on_initialize` and `on_activated` of a component may take.
+    pub fn start_timeout(&self, system: Option<&SystemRef>, instance: &str) -> Duration {
+        let policy = system.and_then(|system| self.of(system, instance));
+        start_timeout(policy)
+    }
+}
+
+/// How long `on_initialize` and `on_activated` may take.
+pub(crate) fn start_timeout(policy: Option<&Policy>) -> Duration {
+    let set = policy.and_then(|p| p.start_timeout_ms);
+    Duration::from_millis(set.unwrap_or(START_TIMEOUT_MS))
+}
+
+/// How long any other callback may take, and a manager to answer.
+pub(crate) fn liveness_timeout(policy: Option<&Policy>) -> Duration {
+    let set = policy.and_then(|p| p.liveness_timeout_ms);
+    Duration::from_millis(set.unwrap_or(LIVENESS_TIMEOUT_MS))
+}
+
+/// True when the process is to be replaced that a component hangs in.
+pub(crate) fn replaces(policy: Option<&Policy>) -> bool {
+    policy.is_some_and(|p| p.on_hang == OnHang::Restart)
+}

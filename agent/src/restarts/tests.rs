@@ -1,0 +1,220 @@
+//! Deaths, what is held because of them, and the file.
+
+use std::path::Path;
+
+use jiff::{SignedDuration, Timestamp};
+use rts_plan::desired::{NodeSpec, NodeSystem, PlacedComponent, SystemRef};
+use rts_plan::observed::ManagerObserved;
+use rts_plan::restart::Ended;
+use rts_schemas::system::{ComponentSpec, Policy, RestartPolicy};
+
+use super::file::{load, save};
+use super::memory::Memory;
+use crate::policies::Policies;
+
+const NEVER: Policy = Policy {
+    restart: RestartPolicy::Never,
+    ..ALWAYS
+};
+const ALWAYS: Policy = Policy {
+    restart: RestartPolicy::Always,
+    on_disconnect: rts_schemas::system::OnDisconnect::Keep,
+    reset_on_error: false,
+    restart_limit: None,
+    restart_window_ms: None,
+    start_timeout_ms: None,
+    liveness_timeout_ms: None,
+    on_hang: rts_schemas::system::OnHang::Report,
+};
+
+fn system() -> SystemRef {
+    SystemRef {
+        name: "hello".to_owned(),
+        uid: "1".to_owned(),
+    }
+}
+
+fn spec(components: &[(&str, Policy)]) -> (NodeSpec, Policies) {
+    let placed = |(instance, policy): &(&str, Policy)| PlacedComponent {
+        spec: ComponentSpec {
+            instance: (*instance).to_owned(),
+            type_name: "T".to_owned(),
+            full_id: String::new(),
+            required: true,
+            ports: Vec::new(),
+            configuration: Default::default(),
+            execution_context: Default::default(),
+            placement: Default::default(),
+            policy: policy.clone(),
+        },
+        manager: "main".to_owned(),
+        module_digest: None,
+        recreate_hash: String::new(),
+    };
+    let spec = NodeSpec {
+        node: "local".to_owned(),
+        systems: vec![NodeSystem {
+            system: system(),
+            components: components.iter().map(placed).collect(),
+            connectors: Vec::new(),
+            orders: Default::default(),
+        }],
+    };
+    let policies = Policies::of_spec(&spec);
+    (spec, policies)
+}
+
+fn at(seconds: i64) -> Timestamp {
+    Timestamp::UNIX_EPOCH + SignedDuration::from_secs(1_800_000_000 + seconds)
+}
+
+/// Components that live in the manager `one`.
+fn living(instances: &[&str]) -> Memory {
+    let mut memory = Memory::default();
+    for instance in instances {
+        memory.made(&system(), instance, "one");
+    }
+    memory
+}
+
+fn held(memory: &Memory) -> Vec<String> {
+    memory.held().into_iter().map(|h| h.instance).collect()
+}
+
+/// What a manager says that holds `A`.
+fn observed(incarnation: &str, restarts: u32) -> ManagerObserved {
+    serde_json::from_value(serde_json::json!({
+        "key": {"system": {"name": "hello", "uid": "1"}, "name": "main"},
+        "incarnation": incarnation, "pid": 1, "started": "", "responsive": true, "modules": [],
+        "components": [{"instance": "A", "type": "T", "system": {"name": "hello", "uid": "1"}, "incarnation": "a",
+            "recreateHash": "", "state": "Active", "restarts": restarts, "created": "", "configuration": {},
+            "executionKind": "periodic", "rate": 1.0, "executions": 0, "ports": [], "connectors": []}]
+    }))
+    .unwrap()
+}
+
+#[test]
+fn a_death_counts_for_all_that_lived_there_and_holds_what_is_never_to_come_back() {
+    let (_, policies) = spec(&[("A", ALWAYS), ("N", NEVER), ("Elsewhere", NEVER)]);
+    let mut memory = living(&["A", "N"]);
+    memory.made(&system(), "Elsewhere", "two");
+    let told = memory.died("one", Ended::Signal(9), at(0), &policies);
+    assert_eq!(told, memory.held());
+    assert_eq!(held(&memory), ["N"]);
+    assert!(
+        told[0].reason.contains("rtsctl.restart is never"),
+        "{}",
+        told[0].reason
+    );
+    let counts = ["A", "N", "Elsewhere"].map(|name| memory.restarts(&system(), name));
+    assert_eq!(counts, [1, 1, 0]);
+    // A second word of the same death changes nothing.
+    assert_eq!(
+        memory.died("one", Ended::Unknown, at(1), &policies),
+        Vec::new()
+    );
+    assert_eq!(memory.restarts(&system(), "A"), 1);
+}
+
+#[test]
+fn what_is_stopped_or_deleted_does_not_die() {
+    let (_, policies) = spec(&[("A", NEVER), ("N", NEVER)]);
+    let mut memory = living(&["A", "N"]);
+    memory.gone(&system(), "N");
+    memory.left("one");
+    // An answer from before says nothing any more.
+    assert!(!memory.seen(&observed("one", 0)));
+    memory.died("one", Ended::Code(0), at(0), &policies);
+    assert_eq!(held(&memory), [""; 0]);
+    assert_eq!(memory.restarts(&system(), "A"), 0);
+}
+
+#[test]
+fn a_limit_counts_the_deaths_within_its_window_only() {
+    let limited = Policy {
+        restart_limit: Some(2),
+        restart_window_ms: Some(60_000),
+        ..ALWAYS
+    };
+    let (_, policies) = spec(&[("A", limited)]);
+    let mut memory = Memory::default();
+    let mut die = |seconds| {
+        memory.made(&system(), "A", "one");
+        !memory
+            .died("one", Ended::Code(1), at(seconds), &policies)
+            .is_empty()
+    };
+    let outcomes = [0, 30, 70, 100, 110].map(&mut die);
+    assert_eq!(outcomes, [false, false, false, false, true]);
+    assert_eq!(memory.restarts(&system(), "A"), 5);
+}
+
+#[test]
+fn it_is_held_until_its_system_changes_or_it_is_there_again() {
+    let (same, policies) = spec(&[("A", NEVER)]);
+    let dead = || {
+        let mut memory = living(&["A"]);
+        memory.died("one", Ended::Signal(11), at(0), &policies);
+        memory
+    };
+    let mut memory = dead();
+    memory.keep(&same, &policies);
+    assert!(!memory.seen(&observed("one", 0)));
+    assert_eq!(held(&memory), ["A"]);
+    let (changed, policies) = spec(&[("A", NEVER), ("B", ALWAYS)]);
+    memory.keep(&changed, &policies);
+    assert_eq!(held(&memory), [""; 0]);
+    assert_eq!(memory.restarts(&system(), "A"), 1, "the count goes on");
+
+    let mut memory = dead();
+    assert!(memory.seen(&observed("two", 0)));
+    assert_eq!(held(&memory), [""; 0]);
+
+    let mut memory = dead();
+    let none = NodeSpec::default();
+    memory.keep(&none, &Policies::of_spec(&none));
+    assert_eq!(held(&memory), [""; 0]);
+    assert_eq!(memory.restarts(&system(), "A"), 0);
+}
+
+fn again(path: &Path, boot: &str) -> Memory {
+    load(path, Some(boot))
+}
+
+#[test]
+fn the_file_outlives_the_agent_and_a_reboot_forgets_what_speaks_against_a_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("restarts.json");
+    let (_, policies) = spec(&[("A", NEVER), ("B", ALWAYS)]);
+    let mut memory = living(&["A"]);
+    memory.died("one", Ended::Signal(9), at(0), &policies);
+    memory.made(&system(), "B", "two");
+    save(&path, Some("boot"), memory.components()).unwrap();
+
+    let mut later = again(&path, "boot");
+    assert_eq!(later.held(), memory.held());
+    later.died("two", Ended::Unknown, at(9), &policies);
+    assert_eq!(later.restarts(&system(), "B"), 1);
+
+    let mut rebooted = again(&path, "another boot");
+    assert_eq!(held(&rebooted), [""; 0]);
+    assert_eq!(rebooted.restarts(&system(), "A"), 1);
+    rebooted.died("two", Ended::Unknown, at(9), &policies);
+    assert_eq!(rebooted.restarts(&system(), "B"), 0, "it did not live on");
+}
+
+#[test]
+fn a_damaged_file_is_put_aside() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("restarts.json");
+    for text in ["{", r#"{"version": 2, "bootId": null, "components": []}"#] {
+        std::fs::write(&path, text).unwrap();
+        assert_eq!(again(&path, "boot").components(), []);
+        let aside = folder.path().join("restarts.json.damaged");
+        assert_eq!(std::fs::read_to_string(&aside).unwrap(), text);
+        assert!(!path.exists());
+    }
+    save(&path, Some("boot"), Vec::new()).unwrap();
+    assert_eq!(again(&path, "boot").components(), []);
+    assert!(path.exists());
+}

@@ -1,0 +1,109 @@
+//! `rtsctl controller restore`.
+
+use std::path::PathBuf;
+
+use super::confirm;
+use crate::error::CliError;
+use crate::exit::Exit;
+use crate::local::lock::{HomeLock, make_folders};
+use crate::local::restore::{Mode, Report, call, stop_controller};
+use crate::local::{LOCAL_NODE, LocalError, plural, up};
+use crate::session::Session;
+
+/// Put a backup in the place of the local controller's store
+///
+/// The controller is stopped and started again; agents, managers and components run on. The old store is kept beside the
+/// new one. Where a node was told newer things than the backup knows, those are taken in: what was applied since comes back,
+/// and what was torn down since goes. Works also when the controller is dead, or its store damaged or gone.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// File that `rtsctl controller backup` wrote
+    file: PathBuf,
+    /// The backup wins: nodes are brought to what it says, also where they were told newer things
+    #[arg(long)]
+    take_over: bool,
+    /// Do not ask
+    #[arg(short, long)]
+    yes: bool,
+}
+
+/// Checks the file first, then asks, stops, restores, and starts again.
+pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
+    if let Some(socket) = &session.controller {
+        return Err(CliError::usage_help(
+            format!("the controller is {}, not a local one", socket.display()),
+            "leave out --controller and unset RTSCTL_CONTROLLER to restore the local one",
+        ));
+    }
+    let home = &session.home;
+    home.check_length()?;
+    let file = std::path::absolute(&args.file).map_err(LocalError::file("find", &args.file))?;
+    let bad = |reason: String| CliError::Read {
+        path: args.file.clone(),
+        source: std::io::Error::other(reason),
+    };
+    let held = call(home, &file, Mode::Check).await?.map_err(bad)?;
+    let what = words(&held);
+    confirm(
+        args.yes,
+        &format!("Put the backup ({what}) in the place of the store?"),
+        &format!("the store would be replaced by the backup ({what})"),
+    )?;
+    let done = {
+        let _lock = HomeLock::take(home)?;
+        make_folders(home, LOCAL_NODE)?;
+        if stop_controller(home)? {
+            session.out.say("rtsctl: stopped the controller");
+        }
+        let mode = if args.take_over {
+            Mode::TakeOver
+        } else {
+            Mode::Restore
+        };
+        call(home, &file, mode).await?
+    };
+    // Whatever came of it, a controller runs again.
+    let started = up::ensure(session, None).await;
+    let done = done.map_err(|reason| LocalError::File {
+        what: "restore",
+        path: args.file.clone(),
+        source: std::io::Error::other(reason),
+    })?;
+    if let Some(kept) = &done.kept {
+        let text = format!("rtsctl: the old store is kept as {}", kept.display());
+        session.out.say(&text);
+    }
+    let text = format!(
+        "restored {}: {what}, epoch {}",
+        args.file.display(),
+        done.epoch
+    );
+    session.out.result(&text)?;
+    match started {
+        Err(_) if disagrees(session).await => Ok(Exit::Ok),
+        started => started.map(|_| Exit::Ok),
+    }
+}
+
+/// True when the controller runs, and its node only waits for a word of the user; that is said.
+async fn disagrees(session: &Session) -> bool {
+    let Ok(controller) = session.connect().await else {
+        return false;
+    };
+    let node = controller.node(LOCAL_NODE).await;
+    let message = node.ok().and_then(|node| node.status.message);
+    if let Some(message) = &message {
+        session.out.warn(message);
+    }
+    message.is_some()
+}
+
+/// `2 systems of 2026-01-01T00:00:00Z: hello, second`.
+fn words(report: &Report) -> String {
+    let count = plural("system", report.systems.len());
+    let names = match report.systems.as_slice() {
+        [] => String::new(),
+        names => format!(": {}", names.join(", ")),
+    };
+    format!("{count} of {:.0}{names}", report.created)
+}

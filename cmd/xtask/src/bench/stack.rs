@@ -1,0 +1,66 @@
+//! A local stack to measure.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
+
+use crate::project;
+
+/// A local stack in a folder of its own.
+pub struct Stack {
+    /// For files of the benchmark.
+    pub folder: tempfile::TempDir,
+    rtsctl: PathBuf,
+}
+
+impl Stack {
+    /// Starts it.
+    pub fn start(programs: &Path) -> Result<Self> {
+        let folder = tempfile::Builder::new().prefix("rtsb").tempdir_in("/tmp")?;
+        let stack = Self {
+            folder,
+            rtsctl: programs.join("rtsctl"),
+        };
+        stack.rtsctl(&["up"])?;
+        Ok(stack)
+    }
+
+    /// Its `RTSCTL_HOME`.
+    pub fn home(&self) -> PathBuf {
+        self.folder.path().join("home")
+    }
+
+    /// Ends it.
+    pub fn stop(self) -> Result<()> {
+        self.rtsctl(&["down", "--yes"])
+    }
+
+    /// Runs `rtsctl`, which must succeed.
+    pub fn rtsctl(&self, arguments: &[&str]) -> Result<()> {
+        let mut command = Command::new(&self.rtsctl);
+        command
+            .args(arguments)
+            .env("RTSCTL_HOME", self.home())
+            .stdin(Stdio::null());
+        let output = command
+            .output()
+            .with_context(|| format!("cannot start {}", self.rtsctl.display()))?;
+        if !output.status.success() {
+            bail!(
+                "{} ended with {}: {}",
+                project::shown(&command),
+                output.status,
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Stack {
+    fn drop(&mut self) {
+        // After an error in the middle; when all went well, nothing runs any more and this does nothing.
+        let _ = self.rtsctl(&["down", "--purge", "--yes"]);
+    }
+}

@@ -1,0 +1,136 @@
+//! What `onDisconnect` asks for when a connector cannot be made now.
+//!
+//! A component's manager acts at once when a peer is lost. The plan brings the component back only when all its data
+//! connectors are connected, and acts itself where the manager did not.
+
+use std::collections::BTreeMap;
+
+use rts_schemas::system::{OnDisconnect, PortKind};
+
+use crate::decide::{Decisions, Doomed, decide};
+use crate::index::{Facts, Id, Live, ends};
+use crate::links::{self, Flow, Links};
+use crate::observed::LifeCycleState;
+use crate::plan::Blocked;
+use crate::target;
+
+/// A component that must not be Active now.
+#[derive(Debug)]
+pub(crate) struct Idle {
+    /// Which connector it waits for.
+    pub reason: String,
+    /// It is certain that the connector does not work; else an end of it cannot be seen.
+    pub certain: bool,
+    /// The connector is being made already.
+    pub transient: bool,
+}
+
+impl Idle {
+    /// Of several reasons the heaviest counts.
+    fn weight(&self) -> (bool, bool) {
+        (self.certain, !self.transient)
+    }
+}
+
+/// Decides what becomes of components and connectors. A component that must stop for a lost peer takes others with
+/// it, so that it goes on until no more are found: at most once for each component.
+pub(crate) fn settle<'a>(facts: &Facts<'a>, blocked: &Blocked) -> (Decisions<'a>, Links<'a>) {
+    let mut doomed = Doomed::new();
+    loop {
+        let decisions = decide(facts, blocked, &doomed);
+        let mut links = links::decide(facts, &decisions, blocked);
+        links.idle = idle(facts, &links);
+        let more = stopping(facts, &decisions, blocked, &links);
+        if more.is_empty() {
+            return (decisions, links);
+        }
+        doomed.extend(more);
+    }
+}
+
+/// Components with a policy and a connector that is neither there nor made by the plan.
+fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> BTreeMap<Id<'a>, Idle> {
+    let mut idle: BTreeMap<Id<'a>, Idle> = BTreeMap::new();
+    for (key, (_, connector)) in &facts.links {
+        if connector.spec.kind != PortKind::Data || links.joins.contains_key(key) {
+            continue;
+        }
+        let [source, target] = ends(key.0, connector);
+        let (flow, transient) = match links.waits.get(key) {
+            Some(wait) => (wait.flow, wait.transient),
+            None if facts.wants.contains_key(&source) => (Flow::Yes, false),
+            None => (Flow::Unknown, false),
+        };
+        if flow == Flow::Yes {
+            continue;
+        }
+        let certain = flow == Flow::No;
+        for id in [source, target] {
+            let policy = facts.wants.get(&id).map(|want| want.on_disconnect());
+            let Some(policy) = policy.filter(|policy| *policy != OnDisconnect::Keep) else {
+                continue;
+            };
+            let new = Idle {
+                reason: waits_for(key.1, policy),
+                certain,
+                transient,
+            };
+            if idle.get(&id).is_none_or(|old| new.weight() > old.weight()) {
+                idle.insert(id, new);
+            }
+        }
+    }
+    idle
+}
+
+fn waits_for(connector: &str, policy: OnDisconnect) -> String {
+    let policy = policy.as_str();
+    format!("waits for connector {connector}: rtsctl.onDisconnect is {policy}")
+}
+
+/// Components that are Active without one of their connectors, and have to be deleted for it.
+fn stopping<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    blocked: &Blocked,
+    links: &Links<'a>,
+) -> Doomed<'a> {
+    let mut doomed = Doomed::new();
+    let stops = |id: &Id<'a>| {
+        let want = &facts.wants[id];
+        want.on_disconnect() == OnDisconnect::Stop
+            && acting(facts, decisions, blocked, id).is_some()
+    };
+    let seeds = links
+        .idle
+        .iter()
+        .filter(|(id, idle)| idle.certain && stops(id));
+    let mut open = Vec::new();
+    for (id, idle) in seeds {
+        doomed.insert(*id, idle.reason.clone());
+        open.push(*id);
+    }
+    while let Some(peer) = open.pop() {
+        for (id, connector) in facts.leans.get(&peer).into_iter().flatten() {
+            if !doomed.contains_key(id) && stops(id) {
+                doomed.insert(*id, waits_for(connector, OnDisconnect::Stop));
+                open.push(*id);
+            }
+        }
+    }
+    doomed
+}
+
+/// The instance of a component when it is Active and can be told to be otherwise.
+pub(crate) fn acting<'f, 'a>(
+    facts: &'f Facts<'a>,
+    decisions: &Decisions<'a>,
+    blocked: &Blocked,
+    id: &Id<'a>,
+) -> Option<(usize, &'f Live<'a>)> {
+    let ix = *decisions.present.get(id)?;
+    let live = &facts.lives[ix];
+    let own = target::on(live.node, &target::component(id.instance));
+    let active = live.component.state == LifeCycleState::Active && live.manager.responsive;
+    (active && facts.nodes.contains(live.node) && !blocked.contains_key(&own)).then_some((ix, live))
+}

@@ -1,0 +1,219 @@
+//! Rebuilds records of systems from a node's spec, so that they are placed as they run. Pure.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use jiff::Timestamp;
+use rts_plan::Placed;
+use rts_plan::desired::{NodeSpec, NodeSystem};
+use rts_schemas::system::{Orders, SystemSpec};
+
+use crate::store::{SystemRecord, Write};
+
+type Records = BTreeMap<String, SystemRecord>;
+
+/// Records with a node's ledger taken in.
+#[derive(Debug, Default)]
+pub struct Import {
+    /// All records.
+    pub records: Records,
+    /// Systems that the ledger brought or changed.
+    pub adopted: BTreeSet<String>,
+    /// Systems that are gone, or go, since the ledger no longer has them.
+    pub dropped: BTreeSet<String>,
+}
+
+impl Import {
+    /// What leads from the stored records to these.
+    pub fn writes(&self, stored: &Records) -> Vec<Write> {
+        let new = self.records.values();
+        let changed = new.filter(|record| stored.get(record.name()) != Some(*record));
+        let gone = stored.keys().filter(|n| !self.records.contains_key(*n));
+        let mut writes: Vec<Write> = gone.cloned().map(Write::RemoveSystem).collect();
+        writes.extend(changed.map(|record| Write::PutSystem(Box::new(record.clone()))));
+        writes
+    }
+}
+
+/// Adds the systems of a ledger. Gives the names that other systems have here as an error.
+pub fn add(stored: &Records, spec: &NodeSpec, now: Timestamp) -> Result<Import, BTreeSet<String>> {
+    let other = |part: &&NodeSystem| {
+        let record = stored.get(&part.system.name);
+        record.is_some_and(|record| record.uid != part.system.uid)
+    };
+    let taken: BTreeSet<String> = spec
+        .systems
+        .iter()
+        .filter(other)
+        .map(|part| part.system.name.clone())
+        .collect();
+    if !taken.is_empty() {
+        return Err(taken);
+    }
+    let mut import = Import {
+        records: stored.clone(),
+        ..Import::default()
+    };
+    for part in &spec.systems {
+        take(&mut import, &spec.node, part, now);
+    }
+    Ok(import)
+}
+
+/// Makes the records say of a node what its ledger says: it is newer than they are. `placed` is how they are placed.
+pub fn replace(stored: &Records, placed: &Placed, spec: &NodeSpec, now: Timestamp) -> Import {
+    let mut import = Import {
+        records: stored.clone(),
+        ..Import::default()
+    };
+    let old = placed.desired.nodes.get(&spec.node);
+    for part in old.into_iter().flat_map(|old| &old.systems) {
+        let new = spec.systems.iter().find(|new| new.system == part.system);
+        leave(&mut import, part, new);
+    }
+    for part in &spec.systems {
+        let other = |record: &&SystemRecord| record.uid != part.system.uid;
+        let name = &part.system.name;
+        if import.records.get(name).filter(other).is_some() {
+            import.records.remove(name);
+            import.dropped.insert(name.clone());
+        }
+        take(&mut import, &spec.node, part, now);
+    }
+    import
+}
+
+/// Takes out of a record what it has on a node and the node's newer part has not.
+fn leave(import: &mut Import, old: &NodeSystem, new: Option<&NodeSystem>) {
+    let name = &old.system.name;
+    let Some(record) = import.records.get_mut(name) else {
+        return;
+    };
+    // A system that is being taken down goes by itself.
+    if record.uid != old.system.uid || record.deleted.is_some() {
+        return;
+    }
+    let kept: BTreeSet<&str> = new
+        .into_iter()
+        .flat_map(|new| &new.components)
+        .map(|c| c.spec.instance.as_str())
+        .collect();
+    let was = |instance: &str| old.components.iter().any(|c| c.spec.instance == instance);
+    let spec = &mut record.spec;
+    let before = spec.components.len();
+    spec.components
+        .retain(|c| !was(&c.instance) || kept.contains(c.instance.as_str()));
+    let still = |connector: &str| {
+        let connectors = new.into_iter().flat_map(|new| &new.connectors);
+        connectors.into_iter().any(|c| c.spec.name == connector)
+    };
+    let here = |connector: &str| old.connectors.iter().any(|c| c.spec.name == connector);
+    spec.connectors.retain(|c| !here(&c.name) || still(&c.name));
+    if spec.components.is_empty() && before > 0 && new.is_none() {
+        import.records.remove(name);
+        import.dropped.insert(name.clone());
+    } else if spec.components.len() != before {
+        record.generation += 1;
+    }
+}
+
+/// Takes one system's part in.
+fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
+    let name = &part.system.name;
+    if part.components.is_empty() {
+        // It was being taken down, and that goes on.
+        if let Some(record) = import.records.get_mut(name)
+            && record.deleted.is_none()
+        {
+            record.deleted = Some(now);
+            import.dropped.insert(name.clone());
+        }
+        return;
+    }
+    let before = import.records.get(name).cloned();
+    let mut record = before.clone().unwrap_or_else(|| fresh(part, now));
+    for placed in &part.components {
+        let component = placed.spec.clone();
+        let all = &mut record.spec.components;
+        match all.iter_mut().find(|c| c.instance == component.instance) {
+            Some(old) => *old = component,
+            None => all.push(component),
+        }
+        let type_name = placed.spec.type_name.clone();
+        match &placed.module_digest {
+            Some(digest) => drop(record.digests.insert(type_name, digest.clone())),
+            None => drop(record.digests.remove(&type_name)),
+        }
+    }
+    for placed in &part.connectors {
+        let connector = placed.spec.clone();
+        let all = &mut record.spec.connectors;
+        match all.iter_mut().find(|c| c.name == connector.name) {
+            Some(old) => *old = connector,
+            None => all.push(connector),
+        }
+    }
+    record.spec.orders.clone_from(&part.orders);
+    record.nodes.insert(node.to_owned());
+    if before.as_ref() != Some(&record) {
+        record.generation += 1;
+        import.adopted.insert(name.clone());
+    }
+    import.records.insert(name.clone(), record);
+}
+
+fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
+    SystemRecord {
+        uid: part.system.uid.clone(),
+        generation: 0,
+        spec: SystemSpec {
+            name: part.system.name.clone(),
+            full_id: String::new(),
+            components: Vec::new(),
+            connectors: Vec::new(),
+            orders: Orders::default(),
+        },
+        digests: BTreeMap::new(),
+        nodes: BTreeSet::new(),
+        created: now,
+        deleted: None,
+        forgotten: BTreeSet::new(),
+    }
+}
+
+/// Instances of a ledger that would go elsewhere: a name that meant this node does not mean it here.
+pub fn elsewhere(placed: &Placed, spec: &NodeSpec) -> Vec<(String, String)> {
+    let here = placed.desired.nodes.get(&spec.node);
+    let mut found = Vec::new();
+    for part in &spec.systems {
+        let now = here.and_then(|here| here.systems.iter().find(|s| s.system == part.system));
+        for component in &part.components {
+            let instance = &component.spec.instance;
+            let mut now = now.into_iter().flat_map(|now| &now.components);
+            if !now.any(|c| c.spec.instance == *instance) {
+                found.push((part.system.name.clone(), instance.clone()));
+            }
+        }
+    }
+    found
+}
+
+/// Instances of a ledger that would be made anew: another manager, another hash.
+pub fn disturbed(placed: &Placed, spec: &NodeSpec) -> Vec<String> {
+    let here = placed.desired.nodes.get(&spec.node);
+    let mut found = Vec::new();
+    for part in spec.systems.iter().filter(|p| !p.components.is_empty()) {
+        let now = here.and_then(|here| here.systems.iter().find(|s| s.system == part.system));
+        for component in &part.components {
+            let mut now = now.into_iter().flat_map(|now| &now.components);
+            let same = now.any(|now| {
+                let place = (&now.spec.instance, &now.manager, &now.recreate_hash);
+                let old = &component.spec.instance;
+                place == (old, &component.manager, &component.recreate_hash)
+            });
+            if !same {
+                found.push(component.spec.instance.clone());
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,195 @@
+//! Brings the store and the ledgers of agents together, where the store was restored or rolled back: what is newer wins.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope};
+use rts_schemas::system::Placement;
+
+use super::import::{self, Import};
+use super::{Standing, fence};
+use crate::core::Core;
+use crate::sessions::NodeEntry;
+use crate::store::{NodeGeneration, StoreError, Write};
+use crate::view::Happening;
+
+/// Time for an agent to say what its ledger holds.
+const DEADLINE: Duration = Duration::from_secs(5);
+
+/// Settles what can be settled. Gives the nodes to which nothing may be sent, and why.
+pub async fn settle(core: &Core) -> BTreeMap<String, String> {
+    let mut fenced = BTreeMap::new();
+    for (node, standing) in Standing::all(core) {
+        let entry = core.sessions.get(&node).filter(|entry| !entry.lost);
+        let result = match (&standing, entry) {
+            (Standing::Overtaken(ledger), Some(entry)) => {
+                overtake(core, &node, &entry, ledger).await
+            }
+            (Standing::Ahead(ledger), Some(entry)) => adopt(core, &node, &entry, ledger).await,
+            _ => Ok(()),
+        };
+        if let Err(reason) = result {
+            tracing::warn!(
+                node,
+                reason,
+                "the node's ledger is newer and cannot be taken in"
+            );
+            fenced.insert(node, reason);
+        } else if let Some(message) = Standing::get(core, &node).message(core, &node) {
+            fenced.insert(node, message);
+        }
+    }
+    fenced
+}
+
+/// A restored store goes above every epoch that an agent has seen.
+async fn overtake(
+    core: &Core,
+    node: &str,
+    entry: &NodeEntry,
+    ledger: &LedgerFence,
+) -> Result<(), String> {
+    let epoch = ledger.epoch.saturating_add(1);
+    let raised = core.raise_epoch(epoch).await;
+    raised.map_err(|e| crate::chain(&e))?;
+    let message = format!(
+        "epoch raised to {epoch}: node {node} had seen {}",
+        ledger.epoch
+    );
+    core.record(Happening::normal(
+        "EpochRaised",
+        &format!("node/{node}"),
+        message,
+    ));
+    match Standing::get(core, node) {
+        Standing::Ahead(ledger) => adopt(core, node, entry, &ledger).await,
+        _ => Ok(()),
+    }
+}
+
+/// The ledger is newer: its systems are taken in, and those that it no longer has are dropped.
+async fn adopt(
+    core: &Core,
+    node: &str,
+    entry: &NodeEntry,
+    ledger: &LedgerFence,
+) -> Result<(), String> {
+    let envelope = fetch(core, node, entry).await?;
+    if fence(&envelope) != *ledger {
+        core.sessions
+            .stored(node, &entry.session.id, fence(&envelope));
+        return Err(format!(
+            "the ledger of node {node} has changed; looking again"
+        ));
+    }
+    let _admission = core.admission.lock().await;
+    let stored = core.registry().systems.clone();
+    let import = import::replace(&stored, &core.place(None), &envelope.spec, core.clock.now());
+    let import = pin(core, import, &envelope);
+    let disturbed = import::disturbed(&core.place_all(&import.records), &envelope.spec);
+    if !disturbed.is_empty() {
+        tracing::warn!(
+            node,
+            ?disturbed,
+            "these components are not placed as they run"
+        );
+    }
+    let generation = NodeGeneration {
+        epoch: ledger.epoch,
+        generation: ledger.generation,
+        digest: ledger.digest.clone(),
+    };
+    let more = vec![Write::PutNode(node.to_owned(), generation)];
+    let stored = commit(core, node, import, more).await;
+    stored.map_err(|e| crate::chain(&e))
+}
+
+/// What an agent's ledger holds now.
+pub async fn fetch(core: &Core, node: &str, entry: &NodeEntry) -> Result<NodeSpecEnvelope, String> {
+    let asked = tokio::time::timeout(DEADLINE, entry.session.agent.node_spec());
+    let asked = core.sessions.while_live(node, &entry.session.id, asked);
+    let envelope = match asked.await {
+        Ok(Ok(Ok(envelope))) => envelope,
+        Ok(Ok(Err(e))) => return Err(format!("its agent does not tell its ledger: {e}")),
+        Ok(Err(_)) => {
+            let seconds = DEADLINE.as_secs();
+            return Err(format!(
+                "its agent did not tell its ledger within {seconds} s"
+            ));
+        }
+        Err(_) => return Err("its agent was lost".to_owned()),
+    };
+    if rts_plan::digest(&envelope.spec) != envelope.digest || envelope.spec.node != node {
+        return Err("its agent tells a ledger that does not fit its digest or name".to_owned());
+    }
+    Ok(envelope)
+}
+
+/// Names the node outright where a component would go elsewhere now.
+pub fn pin(core: &Core, mut import: Import, envelope: &NodeSpecEnvelope) -> Import {
+    let placed = core.place_all(&import.records);
+    for (system, instance) in import::elsewhere(&placed, &envelope.spec) {
+        let record = import.records.get_mut(&system);
+        let components = record.map(|record| &mut record.spec.components);
+        for component in components.into_iter().flatten() {
+            if component.instance == instance {
+                component.placement = Placement {
+                    node: Some(envelope.spec.node.clone()),
+                    ..component.placement.clone()
+                };
+            }
+        }
+    }
+    import
+}
+
+/// Stores what was taken in, all of it or nothing, and tells. The caller holds [`Core::admission`].
+pub async fn commit(
+    core: &Core,
+    node: &str,
+    import: Import,
+    more: Vec<Write>,
+) -> Result<(), StoreError> {
+    let mut writes = import.writes(&core.registry().systems);
+    writes.extend(more);
+    core.store.write(writes.clone()).await?;
+    {
+        let mut registry = core.registry();
+        registry.systems.clone_from(&import.records);
+        for write in writes {
+            if let Write::PutNode(node, generation) = write {
+                registry.nodes.insert(node, generation);
+            }
+        }
+    }
+    for name in &import.dropped {
+        core.backoff().forget_system(name);
+        let message = format!("it was taken down on node {node} after the store was backed up");
+        let event = Happening::warning("TornDownSinceBackup", &format!("system/{name}"), message);
+        core.record(event.of(Some(name)));
+    }
+    for name in &import.adopted {
+        core.backoff().forget_system(name);
+        let message = format!("taken in as it runs on node {node}");
+        let event = Happening::normal("Adopted", &format!("system/{name}"), message);
+        core.record(event.of(Some(name)));
+    }
+    core.desired_changed();
+    Ok(())
+}
+
+/// A node's ledger was written in this store's name: nothing of before its restore is left there.
+pub async fn settled(core: &Core, node: &str) {
+    let restored = core.registry().restored.clone();
+    let open = restored.filter(|restored| !restored.settled.contains(node));
+    let Some(mut restored) = open else { return };
+    restored.settled.insert(node.to_owned());
+    let written = core
+        .store
+        .write(vec![Write::Restored(Some(restored.clone()))])
+        .await;
+    match written {
+        Ok(()) => core.registry().restored = Some(restored),
+        Err(e) => tracing::error!(error = %crate::chain(&e), "a settled node cannot be stored"),
+    }
+}

@@ -1,0 +1,221 @@
+//! What is known of one node: its session, and its inventory as far as it was told.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jiff::Timestamp;
+use rts_agent_api::messages::LedgerFence;
+use rts_agent_api::session::{Heartbeat, SessionGreeting};
+use rts_controller_api::Problem;
+use rts_plan::observed::Inventory;
+use tokio::time::Instant;
+
+use super::superseded;
+use crate::fleet::Agent;
+
+/// Sessions that were replaced and are still refused, per node.
+const SUPERSEDED: usize = 16;
+/// Failures to answer within this time are one failure.
+const ONCE: Duration = Duration::from_secs(2);
+
+/// What is known of a node.
+#[derive(Clone)]
+pub struct NodeEntry {
+    /// Identity of the node object.
+    pub uid: String,
+    /// When it first greeted.
+    pub created: Timestamp,
+    /// Its agent.
+    pub session: Session,
+    /// No heartbeat came in time.
+    pub lost: bool,
+    /// Why the agent did not answer the last two times it was asked, though its heartbeats come.
+    pub silent: Option<String>,
+    /// Times in a row that it was asked and did not answer.
+    pub(super) failures: u32,
+    /// When the last of them was counted.
+    failed: Option<Instant>,
+    /// What was last seen there: the last full answer, and what heartbeats have told since.
+    pub inventory: Inventory,
+    /// When all of it was told last; none when it cannot be relied on.
+    told: Option<Instant>,
+    /// Raised by everything after which what was asked before is of yesterday.
+    doubts: u64,
+    pub(super) superseded: VecDeque<String>,
+}
+
+/// A session of an agent.
+#[derive(Clone)]
+pub struct Session {
+    /// Its id.
+    pub id: String,
+    /// Program version of the agent.
+    pub version: String,
+    /// Its socket.
+    pub endpoint: String,
+    /// Names by which hosts in profiles may mean the node.
+    pub aliases: Vec<String>,
+    /// What the agent's ledger holds: as it greeted, or as it has acknowledged since.
+    pub ledger: Option<LedgerFence>,
+    /// The ledger of another store that somebody said may be replaced.
+    pub claim: Option<LedgerFence>,
+    /// The agent.
+    pub agent: Arc<dyn Agent>,
+    /// Last sign of life, wall clock; for display.
+    pub seen: Timestamp,
+    pub(super) alive: Instant,
+    /// Of the newest heartbeat.
+    revision: u64,
+}
+
+/// A question to an agent: which session was asked, and what was known to be of yesterday then.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Question {
+    session: String,
+    doubts: u64,
+}
+
+impl Session {
+    /// The session that a greeting begins.
+    pub fn begin(greeting: &SessionGreeting, agent: Arc<dyn Agent>, now: Timestamp) -> Self {
+        Self {
+            id: greeting.session.clone(),
+            version: greeting.version.clone(),
+            endpoint: greeting.endpoint.clone(),
+            aliases: greeting.aliases.clone(),
+            ledger: greeting.ledger.clone(),
+            claim: None,
+            agent,
+            seen: now,
+            alive: Instant::now(),
+            revision: greeting.inventory.revision,
+        }
+    }
+}
+
+impl NodeEntry {
+    /// True when it did not answer once: too little to call it unknown.
+    pub fn unsure(&self) -> bool {
+        !self.lost && self.failures == 1
+    }
+
+    /// `Ready`, `NotReady` or `Unknown`.
+    pub fn state(&self) -> &'static str {
+        match (self.lost, &self.silent) {
+            (true, _) => "Unknown",
+            (false, Some(_)) => "NotReady",
+            (false, None) => "Ready",
+        }
+    }
+
+    /// A node that greets for the first time.
+    pub(super) fn new(uid: String, session: Session, inventory: Inventory) -> Self {
+        Self {
+            uid,
+            created: session.seen,
+            session,
+            lost: false,
+            silent: None,
+            failures: 0,
+            failed: None,
+            inventory,
+            told: Some(Instant::now()),
+            doubts: 0,
+            superseded: VecDeque::new(),
+        }
+    }
+
+    /// Takes another session's greeting, or the same one's once more. True when it is another.
+    pub(super) fn take_over(
+        &mut self,
+        node: &str,
+        session: Session,
+        inventory: Inventory,
+    ) -> Result<bool, Problem> {
+        if self.superseded.contains(&session.id) {
+            return Err(superseded(node, &session.id));
+        }
+        let fresh = self.session.id != session.id;
+        let old = std::mem::replace(&mut self.session, session);
+        if fresh {
+            self.superseded.push_back(old.id);
+            if self.superseded.len() > SUPERSEDED {
+                self.superseded.pop_front();
+            }
+        }
+        self.lost = false;
+        self.silent = None;
+        self.failures = 0;
+        self.inventory = inventory;
+        self.told = Some(Instant::now());
+        self.doubts += 1;
+        Ok(fresh)
+    }
+
+    /// Takes a heartbeat of its session. True when the inventory has another revision.
+    pub(super) fn beat(&mut self, heartbeat: &mut Heartbeat, now: Timestamp) -> bool {
+        self.session.alive = Instant::now();
+        self.session.seen = now;
+        let revision = heartbeat.inventory_revision;
+        if let Some(delta) = heartbeat.delta.take()
+            && delta.to <= revision
+        {
+            // One that does not fit leaves the copy as it is: then its revision tells that all must be asked for.
+            self.inventory.advance(delta);
+        }
+        // One that was overtaken on its way lowers nothing.
+        let newest = self.session.revision.max(revision);
+        std::mem::replace(&mut self.session.revision, newest) != newest
+    }
+
+    /// The inventory, when heartbeats have kept it up to date and all of it was told within `age`.
+    pub fn current(&self, age: Duration) -> Option<&Inventory> {
+        let fits = self.inventory.revision == self.session.revision;
+        let young = self.told.is_some_and(|told| told.elapsed() < age);
+        (fits && young && self.silent.is_none() && self.failures == 0).then_some(&self.inventory)
+    }
+
+    /// What is known is of yesterday: the node must be asked.
+    pub(super) fn doubt(&mut self) {
+        self.told = None;
+        self.doubts += 1;
+    }
+
+    /// What a question that begins now must remember.
+    pub fn question(&self) -> Question {
+        Question {
+            session: self.session.id.clone(),
+            doubts: self.doubts,
+        }
+    }
+
+    /// Takes an answer. What a former session said, or what was said before a newer heartbeat, changes nothing.
+    pub(super) fn answered(&mut self, question: &Question, inventory: &Inventory) {
+        if question.session != self.session.id {
+            return;
+        }
+        self.silent = None;
+        self.failures = 0;
+        if inventory.revision < self.inventory.revision {
+            return;
+        }
+        self.inventory = inventory.clone();
+        self.session.revision = self.session.revision.max(inventory.revision);
+        if question.doubts == self.doubts {
+            self.told = Some(Instant::now());
+        }
+    }
+
+    /// It did not answer. Questions that were open at the same time count once.
+    pub(super) fn unanswered(&mut self, reason: &str) {
+        let now = Instant::now();
+        let counted = self.failed.replace(now).filter(|_| self.failures > 0);
+        if counted.is_some_and(|at| now.duration_since(at) < ONCE) {
+            self.failed = counted;
+        } else {
+            self.failures = self.failures.saturating_add(1);
+        }
+        self.silent = (self.failures > 1).then(|| reason.to_owned());
+    }
+}
