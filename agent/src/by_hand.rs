@@ -15,7 +15,7 @@ use rts_schemas::system::ExecutionKind;
 
 use crate::agent::Agent;
 use crate::execute::kind_name;
-use crate::managers::Manager;
+use crate::managers::{Manager, Patience};
 use answers::{factory, link, module};
 
 /// For requests that call into a component or open a module.
@@ -241,7 +241,7 @@ async fn stop_if_empty(manager: &Arc<Manager>) {
     if matches!(held, Ok(ResponseBody::Inventory(i)) if !i.components.is_empty()) {
         return;
     }
-    if let Err(e) = manager.stop().await {
+    if let Err(e) = manager.stop(Patience::Usual).await {
         tracing::warn!("{e}");
     }
 }

@@ -28,7 +28,7 @@ use crate::process::Family;
 pub(crate) use adopt::{adopt_all, adopt_round};
 pub(crate) use cgroup::bury_orphans;
 pub(crate) use start::StartManagerError;
-pub(crate) use stop::StopError;
+pub(crate) use stop::{Patience, StopError};
 
 /// How long the rest of what a manager started may take to die.
 const GROUP_END: Duration = Duration::from_secs(2);
@@ -171,7 +171,7 @@ impl Manager {
             incarnation.clone(),
             first,
             folder.join(CONTROL_SOCKET),
-            on_changed(Arc::downgrade(agent), key.display_name()),
+            on_changed(Arc::downgrade(agent), key.clone()),
         );
         Arc::new(Self {
             link,
@@ -211,10 +211,16 @@ impl Manager {
     }
 }
 
-fn on_changed(agent: Weak<Agent>, manager: String) -> OnChanged {
+fn on_changed(agent: Weak<Agent>, key: ManagerKey) -> OnChanged {
+    let manager = key.display_name();
     Arc::new(move |changed| {
         tracing::debug!(manager, target = changed.target, "{}", changed.message);
         if let Some(agent) = agent.upgrade() {
+            if let Some(reason) = &changed.reason {
+                let mut event = of_manager("Warning", reason, &key, changed.message);
+                event.object = changed.target;
+                agent.events.push(event);
+            }
             agent.dirty.notify_one();
         }
     })

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rts_plan::desired::{NodeSpec, SystemRef};
-use rts_plan::place::digest;
+use rts_plan::desired::{ManagerKey, NodeSpec, SystemRef};
 use rts_schemas::system::{LIVENESS_TIMEOUT_MS, OnHang, Policy, START_TIMEOUT_MS};
 
 /// The policies of all components of the ledger's spec, by system uid and instance name.
@@ -13,6 +12,8 @@ pub(crate) struct Policies {
     components: BTreeMap<(String, String), Policy>,
     /// System uid → digest of the system's part.
     parts: BTreeMap<String, String>,
+    /// System uid and manager name → instance names of what belongs there.
+    places: BTreeMap<(String, String), Vec<String>>,
 }
 
 impl Policies {
@@ -21,13 +22,12 @@ impl Policies {
         let mut policies = Self::default();
         for system in &spec.systems {
             let uid = &system.system.uid;
-            let alone = NodeSpec {
-                node: String::new(),
-                systems: vec![system.clone()],
-            };
-            policies.parts.insert(uid.clone(), digest(&alone));
+            policies.parts.insert(uid.clone(), system.digest());
             for placed in &system.components {
                 let key = (uid.clone(), placed.spec.instance.clone());
+                let place = (uid.clone(), placed.manager.clone());
+                let instances = policies.places.entry(place).or_default();
+                instances.push(placed.spec.instance.clone());
                 policies.components.insert(key, placed.spec.policy.clone());
             }
         }
@@ -38,6 +38,17 @@ impl Policies {
     pub fn of(&self, system: &SystemRef, instance: &str) -> Option<&Policy> {
         self.components
             .get(&(system.uid.clone(), instance.to_owned()))
+    }
+
+    /// Instance names of the components that belong into a manager.
+    pub fn placed_in(&self, key: &ManagerKey) -> &[String] {
+        let place = key
+            .system
+            .as_ref()
+            .map(|s| (s.uid.clone(), key.name.clone()));
+        place
+            .and_then(|place| self.places.get(&place))
+            .map_or(&[], Vec::as_slice)
     }
 
     /// Names the very text of a system's part; none when the spec has no such system.

@@ -25,6 +25,7 @@ use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::inventory::system_ref;
 use crate::launch::Exit;
+use crate::managers::Patience;
 use crate::policies::Policies;
 use memory::Memory;
 
@@ -74,6 +75,11 @@ impl Restarts {
         lock(&self.memory).held()
     }
 
+    /// Why a component is not brought up again.
+    pub fn why_held(&self, system: &SystemRef, instance: &str) -> Option<String> {
+        lock(&self.memory).why_held(system, instance)
+    }
+
     fn change<T>(&self, change: impl FnOnce(&mut Memory) -> T) -> T {
         let done = change(&mut lock(&self.memory));
         self.changes.fetch_add(1, Ordering::SeqCst);
@@ -118,7 +124,7 @@ impl Agent {
     }
 
     /// A manager is about to be stopped. One that is replaced since something hangs in it counts as dead.
-    pub(crate) async fn manager_leaves(&self, incarnation: &str) {
+    pub(crate) async fn manager_leaves(&self, incarnation: &str) -> Patience {
         let last = self.inventory.last();
         let expired = last
             .managers
@@ -126,9 +132,11 @@ impl Agent {
             .any(|m| m.incarnation == incarnation && m.expired.is_some());
         if expired {
             self.count_deaths(incarnation, Ended::Unknown).await;
+            Patience::Short
         } else {
             self.restarts.change(|m| m.left(incarnation));
             self.restarts.save().await;
+            Patience::Usual
         }
     }
 
@@ -147,11 +155,18 @@ impl Agent {
         if self.restarts.boot_id.as_deref() != Some(file.boot_id.trim()) {
             return;
         }
-        self.count_deaths(&file.incarnation, Ended::Unknown).await;
         let key = ManagerKey {
             system: file.system.as_ref().map(system_ref),
             name: file.name.clone(),
         };
+        // What was made in it in the last moment before the agent ended too is not on disk.
+        if let Some(system) = &key.system {
+            let policies = self.policies();
+            let placed = policies.placed_in(&key);
+            self.restarts
+                .change(|m| m.assume(system, placed, &file.incarnation));
+        }
+        self.count_deaths(&file.incarnation, Ended::Unknown).await;
         let message = format!("process {} ended while no agent watched it", file.pid);
         self.events
             .push(of_manager("Warning", "ManagerDied", &key, message));

@@ -166,6 +166,11 @@ impl Cgroups {
         }
     }
 
+    /// The folders above the groups of the home, empty ones included.
+    pub fn folders(&self) -> Vec<PathBuf> {
+        self.parents().into_iter().map(|(path, _)| path).collect()
+    }
+
     fn parents(&self) -> Vec<(PathBuf, Version)> {
         if self.choice == Choice::Off {
             return Vec::new();

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use rts_host::cgroup::{Cgroups, Choice};
 use serde_json::Value;
 
 pub use daemons::{kill_9, signal};
@@ -155,6 +156,8 @@ impl Stack {
         );
         let left = processes_of(&self.home());
         assert!(left.is_empty(), "processes are left: {left:?}");
+        let groups = Cgroups::of(&self.home(), Choice::Auto).folders();
+        assert!(groups.is_empty(), "cgroups are left: {groups:?}");
     }
 }
 

@@ -26,18 +26,6 @@ fn files(folder: &Path) -> BTreeSet<PathBuf> {
     found
 }
 
-/// Cgroups of this product, those of other stacks of this moment included.
-fn cgroups(stack: &Stack) -> BTreeSet<PathBuf> {
-    let mut found = files(Path::new("/sys/fs/cgroup"));
-    let tag = cgroup_tag(stack);
-    found.retain(|path| path.to_string_lossy().contains(&tag));
-    found
-}
-
-fn cgroup_tag(_stack: &Stack) -> String {
-    "rtsctl-".to_owned()
-}
-
 /// Unix sockets of this stack that some process still has open.
 fn sockets(stack: &Stack) -> Vec<String> {
     let home = stack.home().display().to_string();

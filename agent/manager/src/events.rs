@@ -38,8 +38,22 @@ impl Events {
 
     /// Tells everyone that something changed by itself. Never blocks: any thread may call it.
     pub fn changed(&self, target: String, message: String) {
+        self.push(target, message, None);
+    }
+
+    /// The same, for what people should see as an event.
+    pub fn told(&self, target: String, reason: &str, message: String) {
+        self.push(target, message, Some(reason.to_owned()));
+    }
+
+    fn push(&self, target: String, message: String, reason: Option<String>) {
         let queue = self.0.queue.get_or_init(|| self.start());
-        if queue.try_send(Changed { target, message }).is_err() {
+        let changed = Changed {
+            target,
+            message,
+            reason,
+        };
+        if queue.try_send(changed).is_err() {
             log::warn(format_args!("an event was lost: too many wait to be sent"));
         }
     }

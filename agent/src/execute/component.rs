@@ -139,6 +139,10 @@ fn create_request(
 
 async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result<(), StepError> {
     let manager = verb.manager(key)?;
+    let system = verb.system.as_ref();
+    if let Some(reason) = system.and_then(|s| verb.agent.restarts.why_held(s, &request.instance)) {
+        return Err(StepError::Refused(reason));
+    }
     if let Some(problem) = instance_name_problem(&request.instance) {
         return Err(StepError::Refused(format!(
             "{:?} is no instance name: {problem}; rename the component",

@@ -22,6 +22,18 @@ const TERM: Duration = Duration::from_secs(5);
 /// After SIGKILL: the kernel's own time, and the clean-up.
 const KILL: Duration = Duration::from_secs(5);
 
+/// Both, for a manager in which something hangs: the others in it are deactivated by then.
+const SHORT: Duration = Duration::from_secs(1);
+
+/// How long a manager is asked before it is killed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Patience {
+    /// As long as its components may need.
+    Usual,
+    /// Something in it hangs for longer than its policy allows.
+    Short,
+}
+
 /// A manager that outlives SIGKILL.
 #[derive(Debug, thiserror::Error)]
 #[error(
@@ -34,23 +46,27 @@ pub(crate) struct StopError {
 
 impl Manager {
     /// Stops it and waits until the process and all that it started are gone. Goes on when the caller gives up.
-    pub async fn stop(self: &Arc<Self>) -> Result<(), StopError> {
+    pub async fn stop(self: &Arc<Self>, patience: Patience) -> Result<(), StopError> {
         self.stopping.store(true, Ordering::Relaxed);
         let manager = self.clone();
         let failed = || StopError {
             manager: self.key.display_name(),
             pid: self.pid,
         };
-        tokio::spawn(async move { manager.stop_now().await })
+        tokio::spawn(async move { manager.stop_now(patience).await })
             .await
             .map_err(|_| failed())?
             .then_some(())
             .ok_or_else(failed)
     }
 
-    async fn stop_now(&self) -> bool {
+    async fn stop_now(&self, patience: Patience) -> bool {
         let silent = !lock(&self.seen).responsive;
-        let ask = if silent { ASK_SILENT } else { ASK };
+        let (ask, term) = match patience {
+            _ if silent => (ASK_SILENT, TERM),
+            Patience::Usual => (ASK, TERM),
+            Patience::Short => (SHORT, SHORT),
+        };
         let asked = self.link.call_within(RequestBody::Shutdown, ask, ask);
         let answer = tokio::select! {
             answer = asked => answer,
@@ -67,7 +83,7 @@ impl Manager {
         self.family.signal(Signal::TERM).await;
         // A stopped process sees no SIGTERM before it goes on.
         self.family.signal(Signal::CONT).await;
-        if self.gone_within(TERM).await {
+        if self.gone_within(term).await {
             return true;
         }
         self.family.signal(Signal::KILL).await;

@@ -113,6 +113,7 @@ impl Component {
         Some(Held {
             system: self.system.clone(),
             instance: self.instance.clone(),
+            part: self.part.clone(),
             reason: self.held.clone()?,
         })
     }
@@ -160,6 +161,12 @@ impl Memory {
         held
     }
 
+    /// Why a component is not brought up again.
+    pub fn why_held(&self, system: &SystemRef, instance: &str) -> Option<String> {
+        let component = self.0.get(&identity(system, instance))?;
+        component.held.clone()
+    }
+
     fn entry(&mut self, system: &SystemRef, instance: &str) -> Option<&mut Component> {
         let key = identity(system, instance);
         if self.0.len() >= MAX && !self.0.contains_key(&key) {
@@ -174,6 +181,15 @@ impl Memory {
         if let Some(component) = self.entry(system, instance) {
             component.lives_in = Some(incarnation.to_owned());
             component.ended_in = None;
+        }
+    }
+
+    /// These belong into a manager, which ended while nobody watched: those that nothing is known of lived in it.
+    pub fn assume(&mut self, system: &SystemRef, instances: &[String], incarnation: &str) {
+        for instance in instances {
+            if !self.0.contains_key(&identity(system, instance)) {
+                self.made(system, instance, incarnation);
+            }
         }
     }
 

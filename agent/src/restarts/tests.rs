@@ -117,6 +117,25 @@ fn a_death_counts_for_all_that_lived_there_and_holds_what_is_never_to_come_back(
 }
 
 #[test]
+fn what_nothing_is_known_of_died_where_it_belongs() {
+    let (_, policies) = spec(&[("A", NEVER), ("N", NEVER), ("Gone", NEVER)]);
+    let mut memory = living(&["Gone"]);
+    memory.made(&system(), "N", "two");
+    memory.gone(&system(), "Gone");
+    let main = rts_plan::desired::ManagerKey {
+        system: Some(system()),
+        name: "main".to_owned(),
+    };
+    memory.assume(&system(), policies.placed_in(&main), "one");
+    memory.died("one", Ended::Unknown, at(0), &policies);
+    assert_eq!(
+        held(&memory),
+        ["A"],
+        "N lives in another start, and Gone was deleted"
+    );
+}
+
+#[test]
 fn what_is_stopped_or_deleted_does_not_die() {
     let (_, policies) = spec(&[("A", NEVER), ("N", NEVER)]);
     let mut memory = living(&["A", "N"]);

@@ -216,7 +216,16 @@ async fn wait_for_node(session: &Session) -> Result<(), CliError> {
         let reason = match controller.list::<Node>(Kind::Node).await {
             Ok(list) => match list.items.iter().find(|n| n.metadata.name == LOCAL_NODE) {
                 Some(node) if node.status.state == "Ready" => return Ok(()),
-                Some(node) => format!("node {LOCAL_NODE} is {}", node.status.state),
+                Some(Node { status, .. }) if status.ledger.is_some() => {
+                    // It is up, and waits for a word of the user.
+                    let why = status.message.as_deref().unwrap_or(&status.state);
+                    session.out.warn(&format!("node {LOCAL_NODE}: {why}"));
+                    return Ok(());
+                }
+                Some(Node { status, .. }) => {
+                    let why = status.message.as_deref().unwrap_or_default();
+                    format!("node {LOCAL_NODE} is {} {why}", status.state)
+                }
                 None => format!("node {LOCAL_NODE} has not reported to the controller"),
             },
             Err(e) => e.to_string(),

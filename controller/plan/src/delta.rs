@@ -93,6 +93,7 @@ mod tests {
 
     fn held() -> impl Strategy<Value = Held> {
         (1..3u8, 0..3u8).prop_map(|(of, instance)| Held {
+            part: None,
             system: system(of),
             instance: format!("C{instance}"),
             reason: "died".to_owned(),

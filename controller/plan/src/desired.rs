@@ -40,6 +40,13 @@ pub struct NodeSystem {
     pub orders: Orders,
 }
 
+impl NodeSystem {
+    /// SHA-256 over its JSON, hexadecimal: names the very text of this part.
+    pub fn digest(&self) -> String {
+        crate::place::digest_of(self)
+    }
+}
+
 /// A system's name and identity. A system that is deleted and applied again gets a new uid.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]

@@ -4,8 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{OnDisconnect, Orders, PortKind};
 
-use crate::desired::{Desired, ManagerKey, PlacedComponent, PlacedConnector, SystemRef};
-use crate::observed::{ComponentObserved, ManagerObserved, NodeObserved, Observed};
+use crate::desired::{
+    Desired, ManagerKey, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
+};
+use crate::observed::{ComponentObserved, Held, ManagerObserved, NodeObserved, Observed};
 
 /// Identity of a component: system uid and instance name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,6 +97,15 @@ pub(crate) struct Facts<'a> {
     pub leans: BTreeMap<Id<'a>, Vec<(Id<'a>, &'a str)>>,
 }
 
+/// True when a component is held under the part of its system that is desired now.
+fn counts(held: &Held, parts: Option<&Vec<NodeSystem>>) -> bool {
+    let Some(decided) = &held.part else {
+        return true;
+    };
+    let mut own = parts.into_iter().flatten();
+    own.any(|part| part.system.uid == held.system.uid && part.digest() == *decided)
+}
+
 impl<'a> Facts<'a> {
     pub fn new(desired: &'a Desired, observed: &'a Observed) -> Self {
         let mut facts = Self::default();
@@ -105,7 +116,8 @@ impl<'a> Facts<'a> {
                 for manager in &inventory.managers {
                     facts.add_process(node, manager);
                 }
-                for held in &inventory.held {
+                let parts = desired.nodes.get(node).map(|spec| &spec.systems);
+                for held in inventory.held.iter().filter(|held| counts(held, parts)) {
                     let id = Id {
                         uid: &held.system.uid,
                         instance: &held.instance,

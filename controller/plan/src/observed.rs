@@ -53,6 +53,12 @@ pub struct Held {
     pub system: SystemRef,
     /// Instance name.
     pub instance: String,
+    /// [`NodeSystem::digest`] of the part of its system under which this was decided: another part ends it. None ends
+    /// with nothing.
+    ///
+    /// [`NodeSystem::digest`]: crate::desired::NodeSystem::digest
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
     /// Why, and how to mend it.
     pub reason: String,
 }

@@ -355,8 +355,12 @@ pub fn recreate_hash(
 
 /// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.
 pub fn digest(spec: &NodeSpec) -> String {
+    digest_of(spec)
+}
+
+pub(crate) fn digest_of(part: &impl serde::Serialize) -> String {
     // Nothing in a NodeSpec can fail to become JSON: maps have text keys, and a rate that is not finite becomes null.
-    let json = serde_json::to_vec(spec).unwrap_or_default();
+    let json = serde_json::to_vec(part).unwrap_or_default();
     hex(Sha256::digest(json))
 }
 

@@ -51,6 +51,7 @@ fn kill(world: &mut World, manager: &str) {
 fn hold(story: &mut Story, instance: &str) {
     let system = story.world.systems[0].reference.clone();
     story.world.nodes.get_mut("local").unwrap().held.push(Held {
+        part: None,
         system,
         instance: instance.to_owned(),
         reason: "its process died 4 times within 10 min".to_owned(),

@@ -178,6 +178,7 @@ impl FakeAgent {
         let all = state.managers.iter().flat_map(|m| &m.components);
         let component = all.into_iter().find(|c| c.instance == instance).unwrap();
         let held = Held {
+            part: None,
             system: component.system.clone().unwrap(),
             instance: instance.into(),
             reason: reason.into(),

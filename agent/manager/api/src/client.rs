@@ -156,6 +156,7 @@ mod tests {
             };
             frame::write_answer(&mut theirs, &hello).unwrap();
             let event = FromManager::Changed(Changed {
+                reason: None,
                 target: "component/A".to_owned(),
                 message: String::new(),
             });

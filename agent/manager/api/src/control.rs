@@ -230,6 +230,9 @@ pub struct Changed {
     pub target: String,
     /// For people (`went to Error: on_execute returned BAD_PARAMETER`).
     pub message: String,
+    /// The CamelCase word of an event that people should see; none when the inventory shows all. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }
 
 /// A good answer.

@@ -16,6 +16,8 @@ use crate::sync::lock;
 
 /// What could not be done by then is told; it is still done as soon as it can be.
 const DEADLINE: Duration = Duration::from_secs(10);
+/// The event of a loss that was acted on.
+const PEER_LOST: &str = "PeerLost";
 
 /// A loss that a component has still to act on.
 #[derive(Debug, Clone)]
@@ -93,7 +95,7 @@ impl Component {
         let message = format!("cannot obey: {late}; {}", loss.reason());
         self.log.write(Level::Error, &message);
         lock(&self.status).message = Some(message.clone());
-        events.changed(self.target(), message);
+        events.told(self.target(), PEER_LOST, message);
     }
 }
 
@@ -120,7 +122,10 @@ impl Context<'_> {
     fn tell_loss(&self, message: &str) {
         self.component.log.write(Level::Warn, message);
         lock(&self.component.status).message = Some(message.to_owned());
-        self.changed(message);
+        let target = self.component.target();
+        self.manager
+            .events
+            .told(target, PEER_LOST, message.to_owned());
     }
 }
 

@@ -185,6 +185,7 @@ impl World {
             return;
         };
         self.nodes.get_mut(node).unwrap().held.push(Held {
+            part: None,
             system: part.system.clone(),
             instance: placed.spec.instance.clone(),
             reason: "its process died 4 times within 10 min".to_owned(),
