@@ -40,8 +40,8 @@ fn activated(stack: &Stack, instance: &str) -> String {
         .home()
         .join(format!("logs/local/components/{instance}.log"));
     let text = std::fs::read_to_string(log).expect("a log");
-    let lines = text.lines().filter(|l| l.ends_with("Inactive -> Active"));
-    let last = lines.last().expect("it became Active");
+    let mut lines = text.lines().filter(|l| l.ends_with("Inactive -> Active"));
+    let last = lines.next_back().expect("it became Active");
     last.split(' ').next().expect("a time").to_owned()
 }
 

@@ -120,7 +120,10 @@ impl AgentProcess {
             manager: observed.key.clone(),
             incarnation: observed.incarnation.clone(),
         };
-        let batch = batch(plan, 1, vec![step(1, &[], "manager", work)]);
+        // For whatever it was told last.
+        let held = self.node.agent.node_spec().await;
+        let generation = held.map_or(1, |held| held.generation);
+        let batch = batch(plan, generation, vec![step(1, &[], "manager", work)]);
         self.node.outcomes(&batch).await.remove(0).1
     }
 

@@ -123,8 +123,16 @@ async fn what_died_while_no_agent_watched_counts_and_what_was_stopped_does_not()
     assert_eq!(held(&dead), ["Printer0"]);
     let reason = &dead.held[0].reason;
     assert!(reason.contains("unknown reason"), "{reason}");
-    // It comes back after all: whoever made it again knows best.
-    let back = all_up(&agent.node, "again").await;
+    // A plan from before it died is refused, a change brings it back.
+    let late = agent.node.outcomes(&hello_batch("late", 1)).await;
+    assert!(
+        late.iter()
+            .any(|(_, o)| o.contains("rtsctl.restart is never")),
+        "{late:?}"
+    );
+    let changed = spec_with(2, "Printer0", Policy::default());
+    agent.node.agent.put_node_spec(&changed).await.unwrap();
+    let back = all_up_for(&agent.node, "again", 2).await;
     assert_eq!(held(&back), [""; 0]);
     let restarts = |i: &Inventory| ["Sine0", "Printer0"].map(|name| component(i, name).restarts);
     assert_eq!(restarts(&back), [1, 1]);
@@ -134,13 +142,17 @@ async fn what_died_while_no_agent_watched_counts_and_what_was_stopped_does_not()
     }
     agent.kill();
     agent.start_again().await;
-    let stopped = all_up(&agent.node, "third").await;
+    let stopped = all_up_for(&agent.node, "third", 2).await;
     assert_eq!(restarts(&stopped), [1, 1]);
 }
 
 /// Makes all of the hello system.
 async fn all_up(node: &Node, plan: &str) -> Inventory {
-    let outcomes = node.outcomes(&hello_batch(plan, 1)).await;
+    all_up_for(node, plan, 1).await
+}
+
+async fn all_up_for(node: &Node, plan: &str, generation: u64) -> Inventory {
+    let outcomes = node.outcomes(&hello_batch(plan, generation)).await;
     assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
     node.agent.inventory().await.unwrap()
 }
