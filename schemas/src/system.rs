@@ -207,7 +207,7 @@ pub struct Policy {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub liveness_timeout_ms: Option<u64>,
     /// When it hangs (`rtsctl.onHang`).
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "OnHang::is_default")]
     pub on_hang: OnHang,
 }
 
@@ -229,6 +229,13 @@ pub enum OnHang {
     Report,
     /// Its manager process is replaced, with all that is in it.
     Restart,
+}
+
+impl OnHang {
+    /// Left out when written, so that a text from before this field was known keeps its digest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Restart policy, as Kubernetes names it.
