@@ -219,7 +219,7 @@ async fn wait_for_node(session: &Session) -> Result<(), CliError> {
                 Some(Node { status, .. }) if status.ledger.is_some() => {
                     // It is up, and waits for a word of the user.
                     let why = status.message.as_deref().unwrap_or(&status.state);
-                    session.out.warn(&format!("node {LOCAL_NODE}: {why}"));
+                    session.out.warn(why);
                     return Ok(());
                 }
                 Some(Node { status, .. }) => {

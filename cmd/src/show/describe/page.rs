@@ -1,0 +1,115 @@
+//! A page: lines with a key, then tables with a title.
+
+use jiff::Timestamp;
+use rts_controller_api::objects::{Event, Metadata, Waiting};
+
+use super::{Scene, policy};
+use crate::show::age::age;
+use crate::show::progress::waits;
+use crate::show::table::Table;
+
+/// Most events on a page; the last ones.
+const EVENTS: usize = 10;
+
+/// Lines `Key:  value`, then tables with a title.
+#[derive(Default)]
+pub(super) struct Page {
+    lines: Vec<(&'static str, String)>,
+    tables: String,
+}
+
+impl Page {
+    pub fn of(metadata: &Metadata, created: Option<Timestamp>, scene: &Scene) -> Self {
+        let mut page = Self::default();
+        page.line("Name", &metadata.name);
+        page.line("UID", &metadata.uid);
+        let version = crate::commands::describe::version(metadata);
+        page.line("Version", version);
+        let created = created.or(metadata.creation_timestamp);
+        page.line("Age", age(created, scene.now));
+        if let Some(deleted) = metadata.deletion_timestamp {
+            page.line("Deletion", format!("asked for {deleted}"));
+        }
+        page
+    }
+
+    /// A line, unless there is nothing to say.
+    pub fn line(&mut self, key: &'static str, value: impl Into<String>) {
+        let value = value.into();
+        if !value.is_empty() {
+            self.lines.push((key, value));
+        }
+    }
+
+    pub fn table(&mut self, title: &str, table: &Table) {
+        self.tables.push_str(&format!("{title}:\n"));
+        if table.rows.is_empty() {
+            self.tables.push_str("  none\n");
+            return;
+        }
+        for line in table.render(true, false).lines() {
+            self.tables.push_str(&format!("  {line}\n"));
+        }
+    }
+
+    /// What waits, one under the other.
+    pub fn waiting<'a>(&mut self, waiting: impl Iterator<Item = &'a Waiting>, now: Timestamp) {
+        for waiting in waiting {
+            self.line("Waits for", waits_for(waiting, now));
+        }
+    }
+
+    pub fn events(&mut self, scene: &Scene, about: impl Fn(&Event) -> bool) {
+        let events: Vec<_> = scene.events.iter().filter(|event| about(event)).collect();
+        let mut table = Table::new(&["AGE", "TYPE", "REASON", "OBJECT", "MESSAGE"]);
+        for event in events.iter().skip(events.len().saturating_sub(EVENTS)) {
+            let time = event.status.time.or(event.metadata.creation_timestamp);
+            let spec = &event.spec;
+            table.row([
+                age(time, scene.now),
+                spec.kind.clone(),
+                spec.reason.clone(),
+                spec.object.clone(),
+                spec.message.clone(),
+            ]);
+        }
+        self.table("Events", &table);
+    }
+
+    pub fn text(self) -> String {
+        let width = self.lines.iter().map(|(key, _)| key.len()).max();
+        let width = width.unwrap_or_default() + 1;
+        let mut text = String::new();
+        for (key, value) in &self.lines {
+            let key = format!("{key}:");
+            text.push_str(&format!("{key:width$}  {value}\n"));
+        }
+        text + &self.tables
+    }
+}
+
+/// `component/Motor0: its module failed (tried 3 times, next try in 4s, at 12:00:04Z)`.
+fn waits_for(waiting: &Waiting, now: Timestamp) -> String {
+    let mut facts = Vec::new();
+    match waiting.tries {
+        0 => {}
+        1 => facts.push("tried once".to_owned()),
+        tries => facts.push(format!("tried {tries} times")),
+    }
+    match waiting.next_try {
+        Some(next) => {
+            let when = policy::when(next, now);
+            facts.push(format!("next try {}", when.as_deref().unwrap_or("now")));
+        }
+        None if waiting.transient => facts.push("passes by itself".to_owned()),
+        None => {}
+    }
+    if !waiting.required {
+        facts.push("not required".to_owned());
+    }
+    let facts = match facts.as_slice() {
+        [] => String::new(),
+        facts => format!(" ({})", facts.join(", ")),
+    };
+    waits(waiting) + &facts
+}
