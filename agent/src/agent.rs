@@ -15,7 +15,7 @@ use crate::folders::{FolderError, Folders};
 use crate::heal::{BackOff, Lease};
 use crate::inventory::Keeper;
 use crate::launch::Launcher;
-use crate::ledger::{Fence, FileStore, Ledger, LedgerError};
+use crate::ledger::{Fence, FileStore, Ledger, LedgerError, Sealed};
 use crate::managers::Managers;
 use crate::modules::Modules;
 use crate::policies::Policies;
@@ -86,11 +86,12 @@ impl Agent {
     ) -> Result<Self, StartError> {
         let store = Arc::new(FileStore::new(&folders.state));
         let ledger = Ledger::load(&config.node, store)?;
-        let mut restarts = Restarts::load(&folders.state);
+        let mut restarts = Restarts::load(&folders.state)?;
         let mut policies = Policies::default();
-        if let Some(held) = ledger.held() {
-            policies = Policies::of_spec(&held.spec);
-            restarts.keep(&held.spec, &policies);
+        if let Some(sealed) = ledger.sealed() {
+            let spec = &sealed.envelope().spec;
+            policies = Policies::of_parts(spec, sealed.parts());
+            restarts.keep(spec, &policies);
         }
         Ok(Self {
             session: uuid::Uuid::new_v4().to_string(),
@@ -127,30 +128,32 @@ impl Agent {
     /// when the caller gives up: what is on disk and what is in memory must not come to differ.
     pub async fn put_node_spec(
         self: &Arc<Self>,
-        envelope: NodeSpecEnvelope,
+        offered: Sealed,
     ) -> Result<NodeSpecReceipt, Problem> {
         let agent = self.clone();
-        let put = tokio::spawn(async move { agent.put_now(envelope).await });
+        let put = tokio::spawn(async move { agent.put_now(offered).await });
         put.await
             .unwrap_or_else(|e| Err(Problem::internal(format!("the ledger's write failed: {e}"))))
     }
 
-    async fn put_now(&self, envelope: NodeSpecEnvelope) -> Result<NodeSpecReceipt, Problem> {
+    async fn put_now(&self, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
         // Held to the end: one write after the other, in memory as on disk.
         let mut ledger = self.ledger.lock().await;
         if ledger.held().is_none() {
-            self.refuse_stranger(&envelope)?;
+            self.refuse_stranger(offered.envelope())?;
         }
-        let receipt = ledger.put(envelope).await?;
+        let before = ledger.held().map(|held| held.spec.clone());
+        let receipt = ledger.put(offered).await?;
         if receipt.changed
-            && let Some(held) = ledger.held()
+            && let Some(sealed) = ledger.sealed()
         {
-            let policies = Arc::new(Policies::of_spec(&held.spec));
+            let spec = &sealed.envelope().spec;
+            let policies = Arc::new(Policies::of_parts(spec, sealed.parts()));
             *lock(&self.policies) = policies.clone();
-            self.keep_restarts(&held.spec, &policies).await;
+            self.keep_restarts(spec, before.as_ref(), &policies).await;
             // What was held may be free now.
             self.dirty.notify_one();
-            self.batches.cancel_others(&Fence::of(held));
+            self.batches.cancel_others(&Fence::of(sealed.envelope()));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
         Ok(receipt)

@@ -99,10 +99,19 @@ impl Batches {
 
     /// Cancels what has not started in batches that were made for another spec.
     pub fn cancel_others(&self, held: &Fence) {
+        let reason = format!("the node spec was replaced by {held}");
+        self.cancel_where(&reason, |batch| fence(batch) != *held);
+    }
+
+    /// Cancels what has not started anywhere.
+    pub fn cancel_all(&self, reason: &str) {
+        self.cancel_where(reason, |_| true);
+    }
+
+    fn cancel_where(&self, reason: &str, meant: impl Fn(&Batch) -> bool) {
         for entry in lock(&self.0).batches.values() {
-            if fence(&entry.batch) != *held {
-                let words = entry.words.clone();
-                let reason = format!("the node spec was replaced by {held}");
+            if meant(&entry.batch) {
+                let (words, reason) = (entry.words.clone(), reason.to_owned());
                 // An ended batch listens no more.
                 tokio::spawn(async move { words.send(Word::Cancel(reason)).await });
             }

@@ -111,8 +111,10 @@ impl Agent {
             return self.inventory.last();
         }
         let number = self.inventory.begun.fetch_add(1, Ordering::SeqCst) + 1;
-        let managers = self.managers.all();
-        let asked = Instant::now();
+        let mut managers = self.managers.all();
+        // Nothing is in them any more.
+        managers.retain(|m| !m.is_stuck());
+        let (asked, told) = (Instant::now(), self.components_told());
         let mut views = futures_util::future::join_all(managers.iter().map(|m| ask(m))).await;
         note_silence(&mut silent, &mut views, asked);
         if views.iter().any(is_unwell) {
@@ -120,7 +122,7 @@ impl Agent {
         }
         let before = self.inventory.revision();
         let mut merged = merge(&self.config.node, views, &self.policies());
-        self.components_seen(&merged);
+        self.components_seen(&merged, told);
         merged.held = self.restarts.held();
         let (inventory, events) = self.inventory.keep(merged);
         for event in events {
@@ -176,6 +178,8 @@ async fn ask(manager: &Manager) -> View {
     let mut seen = lock(&manager.seen);
     match answer {
         Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory),
+        // That it has died is told by its end alone.
+        _ if manager.has_died() => {}
         _ => seen.responsive = false,
     }
     View {

@@ -1,6 +1,7 @@
 //! The ledger: the last NodeSpec that was accepted, durable, and the fence that refuses the past.
 
 mod fence;
+mod sealed;
 #[cfg(test)]
 mod tests;
 
@@ -9,10 +10,10 @@ use std::path::PathBuf;
 
 use rts_agent_api::messages::{NodeSpecEnvelope, NodeSpecReceipt};
 use rts_http::problem::Problem;
-use rts_plan::place::digest;
 
 pub(crate) use fence::{Fence, ledger_fence};
 use fence::{Verdict, judge};
+pub(crate) use sealed::Sealed;
 
 /// Name of the ledger's file in the state folder.
 const FILE: &str = "node-spec.json";
@@ -44,9 +45,9 @@ pub enum LedgerError {
 /// Where a ledger lies.
 pub(crate) trait Store: Send + Sync + 'static {
     /// The last contents that were saved; none when there are none.
-    fn load(&self) -> Result<Option<NodeSpecEnvelope>, LedgerError>;
+    fn load(&self) -> Result<Option<Sealed>, LedgerError>;
     /// Replaces the contents. Durable when it returns.
-    fn save(&self, envelope: &NodeSpecEnvelope) -> io::Result<()>;
+    fn save(&self, sealed: &Sealed) -> io::Result<()>;
 }
 
 /// A file.
@@ -65,7 +66,7 @@ impl FileStore {
 }
 
 impl Store for FileStore {
-    fn load(&self) -> Result<Option<NodeSpecEnvelope>, LedgerError> {
+    fn load(&self) -> Result<Option<Sealed>, LedgerError> {
         let bytes = match std::fs::read(&self.path) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -78,16 +79,15 @@ impl Store for FileStore {
             path: self.path.clone(),
             reason,
         };
-        let envelope: NodeSpecEnvelope =
-            serde_json::from_slice(&bytes).map_err(|e| damaged(e.to_string()))?;
-        if digest(&envelope.spec) != envelope.digest {
+        let sealed: Sealed = serde_json::from_slice(&bytes).map_err(|e| damaged(e.to_string()))?;
+        if !sealed.is_whole() {
             return Err(damaged("its digest does not fit its contents".to_owned()));
         }
-        Ok(Some(envelope))
+        Ok(Some(sealed))
     }
 
-    fn save(&self, envelope: &NodeSpecEnvelope) -> io::Result<()> {
-        rts_host::files::replace_durably(&self.path, &serde_json::to_vec_pretty(envelope)?)
+    fn save(&self, sealed: &Sealed) -> io::Result<()> {
+        rts_host::files::replace_durably(&self.path, &serde_json::to_vec_pretty(sealed)?)
     }
 }
 
@@ -95,7 +95,7 @@ impl Store for FileStore {
 pub(crate) struct Ledger {
     node: String,
     store: std::sync::Arc<dyn Store>,
-    held: Option<NodeSpecEnvelope>,
+    held: Option<Sealed>,
 }
 
 impl Ledger {
@@ -110,20 +110,24 @@ impl Ledger {
 
     /// What it holds.
     pub fn held(&self) -> Option<&NodeSpecEnvelope> {
+        self.sealed().map(Sealed::envelope)
+    }
+
+    /// The same, with its text.
+    pub fn sealed(&self) -> Option<&Sealed> {
         self.held.as_ref()
     }
 
     /// The fence of what it holds.
     pub fn fence(&self) -> Option<Fence> {
-        self.held.as_ref().map(Fence::of)
+        self.held().map(Fence::of)
     }
 
     /// Accepts or refuses a write; durable when it returns. Must not be dropped before: disk and memory would differ.
-    pub async fn put(&mut self, mut offered: NodeSpecEnvelope) -> Result<NodeSpecReceipt, Problem> {
-        let verdict = judge(&self.node, self.held.as_ref(), &offered)?;
-        // How it came to be accepted is no part of it.
-        offered.take_over = None;
-        let generation = offered.generation;
+    pub async fn put(&mut self, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
+        let verdict = judge(&self.node, self.held(), &offered)?;
+        let offered = offered.accepted();
+        let generation = offered.envelope().generation;
         let changed = verdict == Verdict::Newer;
         if changed {
             let store = self.store.clone();

@@ -21,6 +21,7 @@ mod log_tail;
 mod manager_link;
 mod managers;
 mod modules;
+mod node_lock;
 mod pidfd;
 mod policies;
 mod process;

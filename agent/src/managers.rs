@@ -2,6 +2,7 @@
 
 mod adopt;
 mod cgroup;
+mod end;
 mod start;
 mod stop;
 mod tenant;
@@ -12,21 +13,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
 
-use rts_agent_api::session::AgentEvent;
 use rts_manager_api::control::ManagerInventory;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::{ManagerKey, SystemRef};
-use rts_plan::target;
 use tokio::sync::watch;
 
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
-use crate::launch::{Exit, ExitFuture};
 use crate::manager_link::{Link, OnChanged};
 use crate::process::Family;
 
 pub(crate) use adopt::{adopt_all, adopt_round};
 pub(crate) use cgroup::bury_orphans;
+use end::{End, Undying};
 pub(crate) use start::StartManagerError;
 pub(crate) use stop::{Patience, StopError};
 
@@ -39,6 +38,8 @@ pub(crate) struct Managers {
     live: Mutex<BTreeMap<ManagerKey, Arc<Manager>>>,
     /// One lock per manager that is being started.
     starting: Mutex<HashMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
+    /// Run folders of dead managers, something of which does not die.
+    undying: Mutex<HashMap<PathBuf, Undying>>,
     /// Held while run folders are looked at, made or removed.
     folders: tokio::sync::Mutex<()>,
     /// That there are no control groups is said once.
@@ -61,7 +62,7 @@ pub(crate) struct Manager {
     pub seen: Mutex<Seen>,
     /// Set when its end is wanted.
     stopping: AtomicBool,
-    ended: watch::Sender<Option<Exit>>,
+    end: watch::Sender<End>,
 }
 
 /// What was last seen of a manager.
@@ -111,7 +112,7 @@ impl Managers {
     pub fn get(&self, key: &ManagerKey) -> Option<Arc<Manager>> {
         lock(&self.live)
             .get(key)
-            .filter(|m| m.exit().is_none())
+            .filter(|m| *m.end.borrow() != End::Over)
             .cloned()
     }
 
@@ -184,25 +185,14 @@ impl Manager {
                 deleted: BTreeSet::new(),
             }),
             stopping: AtomicBool::new(false),
-            ended: watch::Sender::new(None),
+            end: watch::Sender::new(End::No),
             key,
             incarnation,
-            pid: family.pid,
+            pid: family.leader.pid,
             family,
             started: OnceLock::new(),
             folder,
         })
-    }
-
-    /// How it ended; none while it lives.
-    pub fn exit(&self) -> Option<Exit> {
-        *self.ended.borrow()
-    }
-
-    /// Waits until the process and all that it started are gone and its run folder is removed.
-    pub async fn ended(&self) {
-        // The sender lives as long as we do.
-        let _ = self.ended.subscribe().wait_for(Option::is_some).await;
     }
 
     /// True when its end is wanted.
@@ -226,94 +216,5 @@ fn on_changed(agent: Weak<Agent>, key: ManagerKey) -> OnChanged {
     })
 }
 
-impl Agent {
-    /// Puts a manager into the registry and waits for its end in the background.
-    fn register(self: &Arc<Self>, manager: Arc<Manager>, exit: ExitFuture) {
-        lock(&self.managers.live).insert(manager.key.clone(), manager.clone());
-        self.dirty.notify_one();
-        let agent = Arc::downgrade(self);
-        tokio::spawn(async move {
-            let exit = exit.await;
-            if !manager.family.end(GROUP_END).await {
-                tracing::warn!(pid = manager.pid, "processes that it started do not die");
-            }
-            let Some(agent) = agent.upgrade() else {
-                // The next agent finds its folder, and counts it.
-                return;
-            };
-            if !manager.is_stopping() {
-                // While its folder tells of it: should we end now, the next agent counts it.
-                agent.manager_died(&manager.incarnation, exit).await;
-            }
-            remove_folder(manager.folder.clone()).await;
-            manager.link.close();
-            agent.managers.remove(&manager);
-            agent.buried(&manager, exit);
-            manager.ended.send_replace(Some(exit));
-        });
-    }
-
-    /// Tells of a manager's end.
-    fn buried(&self, manager: &Manager, exit: Exit) {
-        self.dirty.notify_one();
-        if manager.is_stopping() {
-            tracing::info!(manager = manager.key.display_name(), "stopped: {exit}");
-            return;
-        }
-        let event = died(manager, exit);
-        let target = target::on(&self.config.node, &target::manager(&manager.key));
-        lock(&self.failures).failed(target, event.message.clone());
-        self.events.push(event);
-    }
-}
-
-fn died(manager: &Manager, exit: Exit) -> AgentEvent {
-    let names: Vec<_> = lock(&manager.seen)
-        .inventory
-        .components
-        .iter()
-        .map(|c| c.instance.clone())
-        .collect();
-    let held = if names.is_empty() {
-        "it held no component".to_owned()
-    } else {
-        format!("with it ended {}", names.join(", "))
-    };
-    let message = format!(
-        "process {} ended unexpectedly ({exit}); {held}",
-        manager.pid
-    );
-    of_manager("Warning", "ManagerDied", &manager.key, message)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    fn holding(incarnations: &[&str]) -> ManagerInventory {
-        let component = |incarnation: &&str| {
-            json!({"instance": "A0", "typeName": "A", "system": null, "incarnation": incarnation, "recreateHash": "",
-                "restarts": 0, "created": "", "state": "Active", "message": null, "sets": {}, "active": "default",
-                "executionKind": "periodic", "rate": 1.0, "executions": 0, "ports": [], "connectors": [], "bindings": []})
-        };
-        let components: Vec<_> = incarnations.iter().map(component).collect();
-        serde_json::from_value(json!({"modules": [], "components": components})).unwrap()
-    }
-
-    #[test]
-    fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_does() {
-        let mut seen = Seen {
-            responsive: false,
-            inventory: holding(&["one"]),
-            deleted: BTreeSet::new(),
-        };
-        seen.forget("A0");
-        assert!(seen.inventory.components.is_empty());
-        seen.keep(holding(&["one"]));
-        assert!(seen.inventory.components.is_empty() && seen.responsive);
-        seen.keep(holding(&["two"]));
-        assert_eq!(seen.inventory.components.len(), 1);
-        assert!(seen.deleted.is_empty(), "nothing is kept for ever");
-    }
-}
+mod tests;

@@ -17,12 +17,14 @@ pub(crate) struct Policies {
 }
 
 impl Policies {
-    /// Those of a spec.
-    pub fn of_spec(spec: &NodeSpec) -> Self {
-        let mut policies = Self::default();
+    /// Those of a spec. `parts` names the text of each system's part, by system uid.
+    pub fn of_parts(spec: &NodeSpec, parts: BTreeMap<String, String>) -> Self {
+        let mut policies = Self {
+            parts,
+            ..Self::default()
+        };
         for system in &spec.systems {
             let uid = &system.system.uid;
-            policies.parts.insert(uid.clone(), system.digest());
             for placed in &system.components {
                 let key = (uid.clone(), placed.spec.instance.clone());
                 let place = (uid.clone(), placed.manager.clone());
@@ -32,6 +34,16 @@ impl Policies {
             }
         }
         policies
+    }
+
+    /// Those of a spec that was just written.
+    #[cfg(test)]
+    pub fn of_spec(spec: &NodeSpec) -> Self {
+        let part = |system: &rts_plan::desired::NodeSystem| {
+            let digest = system.digest();
+            (system.system.uid.clone(), digest)
+        };
+        Self::of_parts(spec, spec.systems.iter().map(part).collect())
     }
 
     /// The policy of a component; none when the spec does not name it.

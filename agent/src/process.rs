@@ -3,27 +3,52 @@
 use std::time::Duration;
 
 use rts_host::cgroup::Cgroup;
-use rts_host::process::group_lives;
+use rts_host::identity::Identity;
+use rts_host::process::{Process, group_of_lives, signal_group_of};
 use rustix::process::{Pid, Signal};
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
-/// Sends a signal to a whole process group; an empty one is fine, a refusal is logged.
-pub(crate) fn signal_group(pid: u32, signal: Signal) {
-    if let Err(e) = rts_host::process::signal_group(pid, signal) {
-        tracing::warn!(pid, "cannot send {signal:?} to the process group: {e}");
-    }
-}
-
 /// A process that leads its group, and all that it started. Without a control group, one that has left the process
 /// group is not found.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Family {
-    pub pid: u32,
+    /// Never its number alone: that may be given to somebody else once it was reaped.
+    pub leader: Identity,
     pub cgroup: Option<Cgroup>,
+    /// Pretends that somebody in it does not die.
+    #[cfg(test)]
+    pub undying: std::sync::Arc<std::sync::atomic::AtomicBool>,
 }
 
 impl Family {
+    /// That of a process.
+    pub fn new(leader: Identity, cgroup: Option<Cgroup>) -> Self {
+        Self {
+            leader,
+            cgroup,
+            #[cfg(test)]
+            undying: Default::default(),
+        }
+    }
+
+    /// That of a child that was not reaped yet.
+    pub fn of_child(pid: u32, cgroup: Option<Cgroup>) -> Self {
+        // Who has no `/proc` knows no process, and signals none by a mere number.
+        let leader = Identity::of(pid).unwrap_or(Identity {
+            pid,
+            start_ticks: 0,
+            boot_id: String::new(),
+            version: String::new(),
+        });
+        Self::new(leader, cgroup)
+    }
+
+    /// True when the leader has ended; a zombie has.
+    pub fn has_ended(&self) -> bool {
+        Process::identified(&self.leader).is_none()
+    }
+
     /// Sends each of them a signal, once.
     pub async fn signal(&self, signal: Signal) {
         let family = self.clone();
@@ -32,14 +57,17 @@ impl Family {
     }
 
     fn signal_now(&self, signal: Signal) {
-        signal_group(self.pid, signal);
+        let pid = self.leader.pid;
+        if let Err(e) = signal_group_of(&self.leader, signal) {
+            tracing::warn!(pid, "cannot send {signal:?} to the process group: {e}");
+        }
         let Some(cgroup) = &self.cgroup else { return };
         if signal == Signal::KILL {
             return cgroup.kill();
         }
         for process in cgroup.processes() {
             let group = rustix::process::getpgid(Pid::from_raw(process.pid()));
-            let had_it = |group: Pid| u32::try_from(group.as_raw_nonzero().get()) == Ok(self.pid);
+            let had_it = |group: Pid| u32::try_from(group.as_raw_nonzero().get()) == Ok(pid);
             if !group.is_ok_and(had_it) {
                 process.signal(signal);
             }
@@ -68,8 +96,13 @@ impl Family {
     /// A look at all processes, off the thread that serves.
     async fn lives(&self) -> bool {
         let family = self.clone();
+        #[cfg(test)]
+        if family.undying.load(std::sync::atomic::Ordering::SeqCst) {
+            return true;
+        }
         let lives = move || {
-            group_lives(family.pid) || family.cgroup.as_ref().is_some_and(Cgroup::is_populated)
+            group_of_lives(&family.leader)
+                || family.cgroup.as_ref().is_some_and(Cgroup::is_populated)
         };
         spawn_blocking(lives).await.unwrap_or(true)
     }
@@ -87,6 +120,7 @@ mod tests {
     use super::*;
     use crate::pidfd::PidFd;
     use rts_host::identity::start_ticks;
+    use rts_host::process::group_lives;
     use std::os::unix::process::CommandExt;
     use std::process::Command;
 
@@ -101,9 +135,19 @@ mod tests {
         let pidfd = PidFd::open(pid, start_ticks(pid)).unwrap();
         assert!(PidFd::open(pid, Some(1)).is_err());
         assert!(group_lives(pid));
-        let family = Family { pid, cgroup: None };
+        // Somebody who had the number before.
+        let mut other = Family::of_child(pid, None);
+        other.leader.start_ticks -= 1;
+        assert!(other.has_ended());
+        assert!(other.end(Duration::ZERO).await);
+        other.signal(Signal::KILL).await;
+        sleep(Duration::from_millis(50)).await;
+        assert!(group_lives(pid));
+        let family = Family::of_child(pid, None);
+        assert!(!family.has_ended());
         assert!(family.end(Duration::from_secs(5)).await);
         pidfd.ended().await;
+        assert!(family.has_ended());
         child.wait().unwrap();
         assert!(!group_lives(pid));
     }

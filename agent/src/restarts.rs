@@ -1,6 +1,7 @@
 //! Where the components of systems live, how often their processes died, and which of them are not brought up again.
 //! Durable: an agent that starts knows what died while it was away.
 
+mod component;
 mod file;
 mod memory;
 #[cfg(test)]
@@ -21,7 +22,7 @@ use rts_plan::restart::Ended;
 use rts_plan::target;
 use tokio::time::sleep;
 
-use crate::agent::Agent;
+use crate::agent::{Agent, StartError};
 use crate::events::{lock, of_manager};
 use crate::inventory::system_ref;
 use crate::launch::Exit;
@@ -48,21 +49,25 @@ pub(crate) struct Restarts {
 
 impl Restarts {
     /// Reads what was remembered in a state folder.
-    pub fn load(state: &Path) -> Self {
+    pub fn load(state: &Path) -> Result<Self, StartError> {
         let (path, boot_id) = (file::path(state), boot_id());
-        Self {
-            memory: Mutex::new(file::load(&path, boot_id.as_deref())),
+        let memory = match file::load(&path, boot_id.as_deref()) {
+            Ok(memory) => memory,
+            Err(source) => return Err(StartError::File { path, source }),
+        };
+        Ok(Self {
+            memory: Mutex::new(memory),
             path,
             boot_id,
             changes: AtomicU64::new(0),
             saved: tokio::sync::Mutex::new(0),
             soon: AtomicBool::new(false),
-        }
+        })
     }
 
     /// Forgets what a spec does not name; written with the next change.
     pub fn keep(&mut self, spec: &NodeSpec, policies: &Policies) {
-        self.change(|m| m.keep(spec, policies));
+        self.change(|m| m.keep(spec, None, policies));
     }
 
     /// The count that the next creation of a component has.
@@ -117,20 +122,39 @@ impl Agent {
         self.save_soon();
     }
 
-    /// A component is deleted, or was never made.
+    /// A component was never made.
     pub(crate) fn component_gone(self: &Arc<Self>, system: &SystemRef, instance: &str) {
         self.restarts.change(|m| m.gone(system, instance));
         self.save_soon();
     }
 
-    /// A manager is about to be stopped. One that is replaced since something hangs in it counts as dead.
+    /// A component is about to be deleted. Unless the value that this gives is told how that went, it is there still.
+    pub(crate) fn component_leaves(
+        self: &Arc<Self>,
+        system: &SystemRef,
+        instance: &str,
+        incarnation: &str,
+    ) -> Leaving {
+        self.restarts.change(|m| m.leaving(system, instance));
+        self.save_soon();
+        Leaving {
+            agent: self.clone(),
+            system: system.clone(),
+            instance: instance.to_owned(),
+            incarnation: Some(incarnation.to_owned()),
+        }
+    }
+
+    /// A manager is about to be stopped. One that is replaced since something hangs in it counts as dead, and is not
+    /// replaced again before its time.
     pub(crate) async fn manager_leaves(&self, incarnation: &str) -> Patience {
         let last = self.inventory.last();
-        let expired = last
-            .managers
-            .iter()
-            .any(|m| m.incarnation == incarnation && m.expired.is_some());
-        if expired {
+        let mut managers = last.managers.iter();
+        let expired = managers
+            .find(|m| m.incarnation == incarnation)
+            .and_then(|m| Some((&m.key, m.expired.clone()?)));
+        if let Some((key, why)) = expired {
+            self.manager_failed(key, why);
             self.count_deaths(incarnation, Ended::Unknown).await;
             Patience::Short
         } else {
@@ -138,6 +162,12 @@ impl Agent {
             self.restarts.save().await;
             Patience::Usual
         }
+    }
+
+    /// A manager failed: without a controller, it is not started or replaced again before its time.
+    pub(crate) fn manager_failed(&self, key: &ManagerKey, why: String) {
+        let target = target::on(&self.config.node, &target::manager(key));
+        lock(&self.failures).failed(target, why);
     }
 
     /// The process of a manager ended by itself.
@@ -183,13 +213,18 @@ impl Agent {
         }
     }
 
-    /// The managers have answered.
-    pub(crate) fn components_seen(self: &Arc<Self>, inventory: &Inventory) {
+    /// The number of the last word on a single component; told with the answers to what is asked now.
+    pub(crate) fn components_told(&self) -> u64 {
+        lock(&self.restarts.memory).told()
+    }
+
+    /// The managers have answered to what was asked when `asked` was the last word.
+    pub(crate) fn components_seen(self: &Arc<Self>, inventory: &Inventory, asked: u64) {
         let mut memory = lock(&self.restarts.memory);
         let mut news = false;
         // The others show what was there.
         for manager in inventory.managers.iter().filter(|m| m.responsive) {
-            news |= memory.seen(manager);
+            news |= memory.seen(manager, asked);
         }
         drop(memory);
         if news {
@@ -198,9 +233,14 @@ impl Agent {
         }
     }
 
-    /// A spec was accepted.
-    pub(crate) async fn keep_restarts(&self, spec: &NodeSpec, policies: &Policies) {
-        self.restarts.change(|m| m.keep(spec, policies));
+    /// A spec was accepted, in place of the one before.
+    pub(crate) async fn keep_restarts(
+        &self,
+        spec: &NodeSpec,
+        before: Option<&NodeSpec>,
+        policies: &Policies,
+    ) {
+        self.restarts.change(|m| m.keep(spec, before, policies));
         self.restarts.save().await;
     }
 
@@ -215,6 +255,32 @@ impl Agent {
             agent.restarts.soon.store(false, Ordering::SeqCst);
             agent.restarts.save().await;
         });
+    }
+}
+
+/// A component that is just being deleted.
+pub(crate) struct Leaving {
+    agent: Arc<Agent>,
+    system: SystemRef,
+    instance: String,
+    /// Incarnation of the manager that it may still live in.
+    incarnation: Option<String>,
+}
+
+impl Leaving {
+    /// It is gone, or its manager is; should it still be there, that one says so.
+    pub fn gone(mut self) {
+        self.incarnation = None;
+    }
+}
+
+impl Drop for Leaving {
+    fn drop(&mut self) {
+        let (agent, system, instance) = (&self.agent, &self.system, &self.instance);
+        match &self.incarnation {
+            Some(incarnation) => agent.component_made(system, instance, incarnation),
+            None => agent.component_gone(system, instance),
+        }
     }
 }
 

@@ -12,13 +12,14 @@ use rts_http::server::serve_at;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, JoinSet};
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
 use crate::agent::{Agent, StartError};
 use crate::config::Config;
 use crate::folders::Folders;
 use crate::launch::{Launcher, ProcessLauncher};
 use crate::managers::{adopt_all, adopt_round, bury_orphans};
+use crate::node_lock::NodeLock;
 use crate::{api, heal, session};
 
 /// How often the managers are asked without a reason: one that hangs tells nobody.
@@ -29,8 +30,6 @@ const ORPHANS: u64 = 30;
 const QUICK: Duration = Duration::from_millis(10);
 /// Open files that are enough for any node.
 const MAX_FILES: u64 = 65_536;
-/// How long the agent before may hold the lock of the node.
-const LOCK: Duration = Duration::from_secs(1);
 /// How long open requests may take when the agent ends.
 const LAST_REQUESTS: Duration = Duration::from_secs(1);
 
@@ -40,6 +39,9 @@ pub enum RunError {
     /// It did not start.
     #[error(transparent)]
     Start(#[from] StartError),
+    /// Its lock was removed, and another agent has taken the node.
+    #[error("the lock of this agent was removed, and the node is no longer its own")]
+    Taken(#[source] StartError),
     /// The runtime, a signal or the socket failed.
     #[error("the agent failed")]
     Io(#[from] io::Error),
@@ -48,8 +50,8 @@ pub enum RunError {
 /// An agent that serves. Dropping it leaves its socket behind; use [`Running::stop`].
 pub struct Running {
     agent: Arc<Agent>,
-    /// Held for life.
-    _lock: files::Lock,
+    /// Told when another agent has taken the node; closed when the agent no longer looks.
+    lost: oneshot::Receiver<StartError>,
     server: JoinHandle<io::Result<()>>,
     stop: oneshot::Sender<()>,
     background: JoinSet<()>,
@@ -71,15 +73,16 @@ pub fn run(config: Config) -> Result<(), RunError> {
     let result = runtime.block_on(async {
         let mut term = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
-        let running = start(config, launcher).await?;
+        let mut running = start(config, launcher).await?;
         announce(&serde_json::json!({ "ready": true }));
-        tokio::select! {
-            _ = term.recv() => {}
-            _ = interrupt.recv() => {}
-        }
+        let ended = tokio::select! {
+            _ = term.recv() => Ok(()),
+            _ = interrupt.recv() => Ok(()),
+            taken = running.lost() => Err(RunError::Taken(taken)),
+        };
         tracing::info!("stopping; managers go on");
         running.stop().await;
-        Ok(())
+        ended
     });
     // A blocking task, such as hashing a module, must not hold up the end.
     runtime.shutdown_background();
@@ -125,7 +128,7 @@ fn announce(line: &serde_json::Value) {
 pub async fn start(config: Config, launcher: Arc<dyn Launcher>) -> Result<Running, StartError> {
     let folders = Folders::new(&config.home, &config.node)?;
     folders.make()?;
-    let lock = take_lock(&folders, &config.node).await?;
+    let lock = NodeLock::take(&folders, &config.node).await?;
     let agent = Arc::new(Agent::new(config, folders, launcher)?);
     adopt_all(&agent).await;
     agent.observe().await;
@@ -139,7 +142,8 @@ pub async fn start(config: Config, launcher: Arc<dyn Launcher>) -> Result<Runnin
     let server = tokio::spawn(server);
     describe(&agent)?;
     let mut background = JoinSet::new();
-    background.spawn(watch(agent.clone()));
+    let (lose, lost) = oneshot::channel();
+    background.spawn(watch(agent.clone(), lock, lose));
     background.spawn(heal::keep(agent.clone()));
     if let Some(controller) = session::client(&agent).map_err(StartError::Client)? {
         background.spawn(session::keep(agent.clone(), controller));
@@ -153,7 +157,7 @@ pub async fn start(config: Config, launcher: Arc<dyn Launcher>) -> Result<Runnin
     );
     Ok(Running {
         agent,
-        _lock: lock,
+        lost,
         server,
         stop,
         background,
@@ -166,11 +170,24 @@ impl Running {
         self.agent.folders.agent_socket()
     }
 
+    /// Waits until another agent has taken the node: this one must end, and has stopped healing.
+    pub async fn lost(&mut self) -> StartError {
+        match (&mut self.lost).await {
+            Ok(why) => why,
+            // Nobody looks any more: it is just being stopped.
+            Err(_) => std::future::pending().await,
+        }
+    }
+
     /// Ends it. Managers go on.
     pub async fn stop(mut self) {
         self.background.shutdown().await;
         self.agent.restarts.save().await;
-        let _ = fs::remove_file(description(&self.agent));
+        // One that another agent has written stays.
+        let description = description(&self.agent);
+        if Identity::read(&description).is_some_and(|i| i.pid == std::process::id()) {
+            let _ = fs::remove_file(description);
+        }
         // The socket is removed by the server.
         let _ = self.stop.send(());
         if timeout(LAST_REQUESTS, &mut self.server).await.is_err() {
@@ -180,8 +197,9 @@ impl Running {
     }
 }
 
-/// Asks the managers whenever something may have changed, and now and then without a reason.
-async fn watch(agent: Arc<Agent>) {
+/// Asks the managers whenever something may have changed, and now and then without a reason. Holds the lock of the
+/// node, and ends when another agent has it.
+async fn watch(agent: Arc<Agent>, mut lock: NodeLock, lose: oneshot::Sender<StartError>) {
     let mut slow = interval(SLOW_TICK);
     slow.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut ticks = 0_u64;
@@ -189,17 +207,19 @@ async fn watch(agent: Arc<Agent>) {
         tokio::select! {
             () = agent.dirty.notified() => {}
             _ = slow.tick() => {
+                if let Err(e) = keep_folders(&agent, &mut lock) {
+                    agent.lease.superseded();
+                    agent.batches.cancel_all("another agent has taken the node");
+                    tracing::error!("{}", chain(&e));
+                    let _ = lose.send(e);
+                    return;
+                }
                 adopt_round(&agent).await;
                 // Not at once: a manager makes its folder anew when somebody removed it.
                 if ticks % ORPHANS == ORPHANS / 10 {
                     bury_orphans(&agent).await;
                 }
                 ticks = ticks.wrapping_add(1);
-                if !description(&agent).exists()
-                    && let Err(e) = describe(&agent)
-                {
-                    tracing::warn!("{}", chain(&e));
-                }
             }
         }
         agent.observe().await;
@@ -207,22 +227,21 @@ async fn watch(agent: Arc<Agent>) {
     }
 }
 
-/// Takes the lock of the node. The one before may just be ending.
-async fn take_lock(folders: &Folders, node: &str) -> Result<files::Lock, StartError> {
-    let path = folders.run.join("agent.lock");
-    let end = Instant::now() + LOCK;
-    loop {
-        if let Some(lock) = files::lock(&path).map_err(in_file(&path))? {
-            return Ok(lock);
-        }
-        if Instant::now() >= end {
-            return Err(StartError::Running {
-                node: node.to_owned(),
-                lock: path,
-            });
-        }
-        sleep(LOCK / 20).await;
+/// Makes anew what somebody has removed of the node's folders; an error when another agent has the node by now.
+fn keep_folders(agent: &Agent, lock: &mut NodeLock) -> Result<(), StartError> {
+    let made = agent.folders.make().map_err(StartError::from);
+    match made.and_then(|()| lock.keep()) {
+        Ok(()) => {}
+        Err(e @ StartError::Running { .. }) => return Err(e),
+        // It may do better the next time.
+        Err(e) => tracing::warn!("{}", chain(&e)),
     }
+    if !description(agent).exists()
+        && let Err(e) = describe(agent)
+    {
+        tracing::warn!("{}", chain(&e));
+    }
+    Ok(())
 }
 
 /// Describes the process beside its socket.

@@ -11,6 +11,7 @@ use crate::commands::{
 };
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::local::LocalError;
 use crate::output::Output;
 use crate::session::Session;
 
@@ -46,7 +47,8 @@ Exit status:
   130  interrupted
   141  the reader of the output went away";
 
-/// Options of every verb. An empty path, as an empty variable gives it, counts as none.
+/// Options of every verb. An empty path counts as none. Variables are read by [`Session::new`]: clap would list those that
+/// are set in each usage line.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Globals {
     /// Folder of the local stack [env: RTSCTL_HOME] [default: $XDG_STATE_HOME/rtsctl]
@@ -54,8 +56,6 @@ pub struct Globals {
         long,
         global = true,
         value_name = "DIR",
-        env = "RTSCTL_HOME",
-        hide_env = true,
         value_parser = OsStringValueParser::new().map(PathBuf::from)
     )]
     pub home: Option<PathBuf>,
@@ -64,8 +64,6 @@ pub struct Globals {
         long,
         global = true,
         value_name = "SOCKET",
-        env = "RTSCTL_CONTROLLER",
-        hide_env = true,
         value_parser = OsStringValueParser::new().map(PathBuf::from)
     )]
     pub controller: Option<PathBuf>,
@@ -116,20 +114,34 @@ pub enum Command {
     Docs(docs::Args),
 }
 
-/// Runs a verb.
-pub fn run(cli: Cli, out: &Output) -> Result<Exit, CliError> {
-    match cli.command {
+/// Runs a verb, and prints the error if there is one.
+pub fn run(cli: Cli, out: &Output) -> Exit {
+    let result = match cli.command {
         // These need no home.
-        Command::Completion(args) => return completion::run(&args, out),
-        Command::Docs(args) => return docs::run(&args, out),
-        _ => {}
-    }
+        Command::Completion(args) => completion::run(&args, out),
+        Command::Docs(args) => docs::run(&args, out),
+        command => match Session::new(&cli.globals, *out) {
+            Ok(session) => return within(command, &session),
+            Err(e) => Err(e),
+        },
+    };
+    result.unwrap_or_else(|e| failed(&e, None, out))
+}
+
+/// Runs a verb that works with a session.
+fn within(command: Command, session: &Session) -> Exit {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
-        .map_err(crate::local::LocalError::Runtime)?;
-    let session = Session::new(&cli.globals, *out)?;
-    runtime.block_on(dispatch(cli.command, &session))
+        .map_err(|e| CliError::Local(LocalError::Runtime(e)));
+    let result = runtime.and_then(|runtime| runtime.block_on(dispatch(command, session)));
+    result.unwrap_or_else(|e| failed(&e, session.help(&e), &session.out))
+}
+
+fn failed(error: &CliError, help: Option<String>, out: &Output) -> Exit {
+    let help = help.or_else(|| error.help());
+    out.error(error, help.as_deref());
+    error.exit()
 }
 
 async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError> {

@@ -1,5 +1,7 @@
 //! Errors as the user sees them: what was tried, why it failed, how to mend it, and the exit code.
 
+mod help;
+
 use std::path::PathBuf;
 
 use rts_controller_api::{ClientError, Problem, ProblemError};
@@ -27,6 +29,17 @@ pub enum CliError {
         /// Why.
         source: std::io::Error,
     },
+    /// A file that was asked for cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file is no backup that can be restored.
+    #[error("{0}")]
+    Backup(String),
     /// The input has errors; they have been printed.
     #[error("{file} cannot be deployed: {errors}")]
     Invalid {
@@ -79,6 +92,8 @@ pub enum CliError {
         summary: String,
         /// What does not run (`component/Motor0`), when it can be described.
         target: Option<String>,
+        /// Nothing of it is tried again: its failure policy holds it.
+        held: bool,
     },
     /// Somebody took it down while it was waited for.
     #[error("system/{system} was taken down by another command")]
@@ -141,8 +156,8 @@ impl CliError {
     /// The exit code.
     pub fn exit(&self) -> Exit {
         match self {
-            CliError::Usage { .. } => Exit::Usage,
-            CliError::Read { .. } | CliError::Invalid { .. } => Exit::Invalid,
+            CliError::Usage { .. } | CliError::Write { .. } => Exit::Usage,
+            CliError::Read { .. } | CliError::Backup(_) | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),
             CliError::WouldRestart { .. } => Exit::Refused,
@@ -154,31 +169,6 @@ impl CliError {
             CliError::Gone { .. } => Exit::Conflict,
             CliError::Stdout(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Exit::BrokenPipe,
             CliError::Stdout(_) => Exit::Partly,
-        }
-    }
-
-    /// How to mend it.
-    pub fn help(&self) -> Option<String> {
-        match self {
-            CliError::Usage { help, .. } => help.clone(),
-            CliError::NoController { .. } => Some("start one with `rtsctl up`".to_owned()),
-            CliError::Local(e) => e.help(),
-            CliError::Request { source, .. } => help_of(source),
-            CliError::Object { .. } => Some(VERSIONS.to_owned()),
-            CliError::Partly { system, target, .. } => Some(format!(
-                "the controller goes on trying: see `rtsctl describe {}`",
-                target.clone().unwrap_or_else(|| format!("system/{system}"))
-            )),
-            CliError::WouldRestart { .. } => {
-                Some("leave out --no-restart to let it restart".to_owned())
-            }
-            CliError::Deadline { .. } => {
-                Some("the controller goes on: see `rtsctl get systems`".to_owned())
-            }
-            CliError::Refused { problem, .. } if problem.retryable => {
-                Some("try again later".to_owned())
-            }
-            _ => None,
         }
     }
 
@@ -194,6 +184,18 @@ impl CliError {
         }
     }
 
+    /// The controller's refusal, when there is one.
+    fn problem(&self) -> Option<&Problem> {
+        match self {
+            CliError::Refused { problem, .. } => Some(problem),
+            CliError::Request { source, .. } => match source.as_ref() {
+                ClientError::Problem(problem) => Some(problem),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
     /// Single faults of a problem document, in its order.
     pub fn faults(&self) -> &[ProblemError] {
         match self {
@@ -206,22 +208,8 @@ impl CliError {
     }
 }
 
-const VERSIONS: &str = "rtsctl and the controller are probably of different versions: compare `rtsctl version`, then run \
-                        `rtsctl down` and `rtsctl up` with the newer one";
-
-fn help_of(source: &ClientError) -> Option<String> {
-    match source {
-        ClientError::Unreachable { .. } => {
-            Some("is it running? see its log, or run `rtsctl up`".to_owned())
-        }
-        ClientError::Protocol { .. } => Some(VERSIONS.to_owned()),
-        ClientError::Problem(problem) if problem.retryable => Some("try again later".to_owned()),
-        ClientError::Problem(_) => None,
-    }
-}
-
 /// An error and its causes on one line; a cause that repeats what was said is left out.
-fn chain(error: &dyn std::error::Error) -> String {
+pub fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {

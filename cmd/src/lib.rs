@@ -27,12 +27,5 @@ pub fn main() -> ExitCode {
         }
     };
     let out = output::Output::new(&cli.globals);
-    let code = match cli::run(cli, &out) {
-        Ok(exit) => exit,
-        Err(e) => {
-            out.error(&e);
-            e.exit()
-        }
-    };
-    ExitCode::from(code.code())
+    ExitCode::from(cli::run(cli, &out).code())
 }

@@ -1,10 +1,13 @@
 //! Where text goes: results to stdout, messages and errors to stderr, colour only where it is wanted.
 
 use std::io::{self, IsTerminal, Write};
+use std::os::fd::AsFd;
+use std::time::Duration;
 
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
 use rts_schemas::diagnostic::Severity;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::cli::{Color, Globals};
 use crate::error::CliError;
@@ -13,6 +16,17 @@ use crate::exit::Exit;
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const HELP: Style = AnsiColor::Cyan.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+
+/// Time between two looks whether somebody still reads.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// True when the reader of a stream went away. Files, and terminals that are there, are always read.
+fn is_unread(stream: impl AsFd) -> bool {
+    let mut polled = [PollFd::new(&stream, PollFlags::empty())];
+    let looked = poll(&mut polled, Some(&Timespec::default()));
+    let ends = PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL;
+    looked.is_ok() && polled[0].revents().intersects(ends)
+}
 
 /// How a severity looks.
 pub fn severity_style(severity: Severity) -> Style {
@@ -66,6 +80,14 @@ impl Output {
         !self.quiet && !dumb && io::stderr().is_terminal()
     }
 
+    /// Ends when nobody can read stdout any more; what is written to it would only tell so later.
+    pub async fn unread(&self) -> CliError {
+        while !is_unread(io::stdout()) {
+            tokio::time::sleep(LOOK).await;
+        }
+        CliError::Stdout(io::ErrorKind::BrokenPipe.into())
+    }
+
     /// A result. Ends the line if the text does not.
     pub fn result(&self, text: &str) -> Result<(), CliError> {
         let mut stdout = AutoStream::new(io::stdout().lock(), self.stdout);
@@ -115,8 +137,8 @@ impl Output {
         }
     }
 
-    /// The error that ends the program, with its causes and advice.
-    pub fn error(&self, error: &CliError) {
+    /// The error that ends the program, with its causes and what helps.
+    pub fn error(&self, error: &CliError, help: Option<&str>) {
         // Of these everything has been said, or nobody listens.
         if matches!(error.exit(), Exit::BrokenPipe | Exit::Interrupted) {
             return;
@@ -127,6 +149,20 @@ impl Output {
         for fault in error.faults() {
             self.fault(&fault.code, &fault.detail, fault.help.as_deref());
         }
-        self.fault("", &error.line(), error.help().as_deref());
+        self.fault("", &error.line(), help);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_that_goes_away_is_seen_without_writing() {
+        let (reader, writer) = io::pipe().unwrap();
+        assert!(!is_unread(&writer));
+        drop(reader);
+        assert!(is_unread(&writer));
+        assert!(!is_unread(std::fs::File::create("/dev/null").unwrap()));
     }
 }

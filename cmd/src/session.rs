@@ -10,13 +10,16 @@ use crate::cli::Globals;
 use crate::error::CliError;
 use crate::local::home::Home;
 use crate::local::lock::is_held;
-use crate::local::up;
+use crate::local::{LOCAL_NODE, up};
 use crate::output::Output;
 
 /// Longest wait for an answer of the controller.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
 /// Longest wait for a sign of life.
 const PROBE_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// What is wrong where [`Session::lacks_agent`].
+const AGENT_ENDED: &str = "the agent of this machine (node local) does not run";
 
 /// Home, controller and output of one run.
 #[derive(Debug)]
@@ -30,16 +33,26 @@ pub struct Session {
 }
 
 impl Session {
-    /// As the global options say.
+    /// As the global options say, or else the variables.
     pub fn new(globals: &Globals, out: Output) -> Result<Self, CliError> {
+        let controller = or_variable(&globals.controller, "RTSCTL_CONTROLLER");
         Ok(Self {
-            home: Home::settle(globals.home.clone())?,
-            controller: globals
-                .controller
-                .clone()
-                .filter(|socket| !socket.as_os_str().is_empty()),
+            home: Home::settle(or_variable(&globals.home, "RTSCTL_HOME"))?,
+            controller: controller.filter(|socket| !socket.as_os_str().is_empty()),
             out,
         })
+    }
+
+    /// The controller is the local one, and the agent of its node does not run.
+    pub fn lacks_agent(&self) -> bool {
+        let lock = self.home.agent_lock(LOCAL_NODE);
+        self.controller.is_none() && is_held(&lock).is_ok_and(|held| !held)
+    }
+
+    /// What helps against an error here; none when the error itself knows best.
+    pub fn help(&self, error: &CliError) -> Option<String> {
+        let lacks = error.needs_an_agent() && self.lacks_agent();
+        lacks.then(|| format!("{AGENT_ENDED}: `rtsctl up` starts it again"))
     }
 
     /// The controller that runs. Nothing is started.
@@ -78,6 +91,12 @@ impl Session {
     pub async fn local_answers(&self) -> Result<bool, CliError> {
         Ok(self.local(PROBE_TIMEOUT)?.alive().await)
     }
+}
+
+/// What was said on the command line, else in a variable.
+fn or_variable(said: &Option<PathBuf>, variable: &str) -> Option<PathBuf> {
+    let said = said.clone();
+    said.or_else(|| std::env::var_os(variable).map(PathBuf::from))
 }
 
 fn client(socket: PathBuf, timeout: Duration) -> Result<Controller, CliError> {

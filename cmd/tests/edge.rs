@@ -216,3 +216,27 @@ fn a_home_that_cannot_be_made_is_2() {
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("RTSCTL_HOME"), "{stderr}");
 }
+
+#[test]
+fn a_variable_that_is_set_is_no_part_of_a_usage_line() {
+    let edge = Edge::new();
+    let (code, _, stderr) = edge.run(&["logs"]);
+    assert_eq!(code, 2);
+    assert!(
+        stderr.contains("Usage: rtsctl logs <NAME>...\n"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn what_cannot_be_restored_is_said_once() {
+    let edge = Edge::new();
+    let (code, _, stderr) = edge.run(&["controller", "restore", "nothing.json", "--yes"]);
+    assert_eq!(code, 3);
+    insta::assert_snapshot!(stderr, @"error: cannot read DIR/nothing.json: No such file or directory (os error 2)");
+    std::fs::write(edge.folder.path().join("cut.json"), "{").unwrap();
+    let (code, _, stderr) = edge.run(&["controller", "restore", "cut.json", "--yes"]);
+    assert_eq!(code, 3);
+    insta::assert_snapshot!(stderr, @"error: cannot restore DIR/cut.json: it is damaged or no backup at all: EOF while parsing an object at line 1 column 1");
+    assert!(!edge.home().exists());
+}

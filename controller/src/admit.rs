@@ -4,16 +4,23 @@ mod check;
 mod describe;
 mod identity;
 mod modules;
+mod places;
+mod size;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rts_controller_api::requests::ApplyRequest;
 use rts_controller_api::{Problem, ProblemError};
+use rts_plan::observed::Observed;
 use rts_plan::plan::Plan;
 use rts_plan::{PlaceError, Placed};
+use rts_schemas::system::SystemSpec;
 
+pub use self::places::places_of_old;
+use self::places::{kept, places};
 use crate::core::Core;
+use crate::moved;
 use crate::store::SystemRecord;
 
 /// A system that may be stored.
@@ -29,32 +36,55 @@ pub struct Admitted {
     pub notes: Vec<String>,
 }
 
-/// Checks a request. The caller holds [`Core::admission`] when it means to store.
+/// A request that was checked against what agents say; nothing is decided yet.
+pub struct Examined {
+    candidate: SystemRecord,
+    /// What was stored under its name.
+    stored: Option<Version>,
+    types: Types,
+    found: modules::Found,
+    observed: Observed,
+}
+
+/// Node → types that it must have.
+type Types = BTreeMap<String, BTreeSet<String>>;
+
+/// What of a stored system an examination rests on: uid, generation, and whether it goes.
+type Version = (String, u64, bool);
+
+fn version(record: &SystemRecord) -> Version {
+    let deleted = record.deleted.is_some();
+    (record.uid.clone(), record.generation, deleted)
+}
+
+/// Checks a request, and says what would be done. Nothing is held up by it, and nothing is stored.
 pub async fn admit(
     core: &Arc<Core>,
     name: &str,
-    request: ApplyRequest,
+    request: &ApplyRequest,
 ) -> Result<Admitted, Problem> {
-    let spec = request.spec;
-    refuse(check::spec(name, &spec))?;
-    let mut faults = check::orders(&spec);
+    let examined = examine(core, name, request).await?;
+    examined.decide(core)?.ok_or_else(|| changed(name))
+}
+
+/// The system was changed by somebody else again and again while it was being examined.
+pub fn changed(name: &str) -> Problem {
+    let detail = format!("system {name} was changed by somebody else meanwhile; try again");
+    Problem::unavailable("changed-meanwhile", detail)
+}
+
+/// Asks agents all that the decision needs. It may take seconds: nothing is locked meanwhile.
+pub async fn examine(
+    core: &Arc<Core>,
+    name: &str,
+    request: &ApplyRequest,
+) -> Result<Examined, Problem> {
+    let spec = &request.spec;
+    refuse(check::spec(name, spec))?;
+    let mut faults = check::orders(spec);
+    faults.extend(size::parts(spec));
     let stored = core.registry().systems.get(name).cloned();
-    let mut candidate = SystemRecord {
-        uid: stored
-            .as_ref()
-            .map_or_else(|| core.rng.uuid(), |s| s.uid.clone()),
-        generation: stored.as_ref().map_or(0, |s| s.generation),
-        spec,
-        digests: BTreeMap::new(),
-        nodes: stored
-            .as_ref()
-            .map_or_else(BTreeSet::new, |s| s.nodes.clone()),
-        created: stored
-            .as_ref()
-            .map_or_else(|| core.clock.now(), |s| s.created),
-        deleted: None,
-        forgotten: BTreeSet::new(),
-    };
+    let candidate = candidate(core, stored.as_ref(), spec);
     let placed = core.place(Some(&candidate));
     let (types, lost) = types_by_node(&placed, &candidate);
     faults.extend(lost);
@@ -70,24 +100,78 @@ pub async fn admit(
         identity::check(stored, &candidate.spec, request.replace)?;
     }
     clashes(&placed, &candidate)?;
-    let found = found?;
-    candidate.digests = found.digests;
-    candidate.nodes.extend(types.into_keys());
-    let changed = stored
-        .as_ref()
-        .is_none_or(|stored| stored.spec != candidate.spec || stored.digests != candidate.digests);
-    if changed {
-        candidate.generation += 1;
-    }
-    let placed = core.place(Some(&candidate));
-    let mut notes = placed.notes.get(name).cloned().unwrap_or_default();
-    notes.extend(found.notes);
-    Ok(Admitted {
-        plan: plan(core, &placed).await,
-        record: candidate,
-        changed,
-        notes,
+    Ok(Examined {
+        stored: stored.as_ref().map(version),
+        found: found?,
+        observed: core.observe().await,
+        types,
+        candidate,
     })
+}
+
+/// What would be stored, before its nodes and modules are known.
+fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> SystemRecord {
+    let uid = || core.rng.uuid();
+    SystemRecord {
+        uid: stored.map_or_else(uid, |s| s.uid.clone()),
+        generation: stored.map_or(0, |s| s.generation),
+        spec: spec.clone(),
+        digests: BTreeMap::new(),
+        nodes: stored.map_or_else(BTreeSet::new, |s| s.nodes.clone()),
+        created: stored.map_or_else(|| core.clock.now(), |s| s.created),
+        deleted: None,
+        forgotten: BTreeSet::new(),
+        places: stored.map_or_else(BTreeMap::new, |s| kept(core, s, spec)),
+        left: stored.map_or_else(BTreeMap::new, |s| s.left.clone()),
+    }
+}
+
+impl Examined {
+    /// Decides; nothing is waited for. The caller holds [`Core::admission`] when it means to store. None when the stored
+    /// system has changed since: it must be examined again.
+    pub fn decide(self, core: &Core) -> Result<Option<Admitted>, Problem> {
+        let mut records = core.registry().systems.clone();
+        let mut candidate = self.candidate;
+        let name = candidate.name().to_owned();
+        let stored = records.get(&name).cloned();
+        if stored.as_ref().map(version) != self.stored {
+            return Ok(None);
+        }
+        let placed = core.place(Some(&candidate));
+        clashes(&placed, &candidate)?;
+        if types_by_node(&placed, &candidate).0 != self.types {
+            return Ok(None);
+        }
+        let places = places(&placed, &candidate.uid);
+        if let Some(stored) = &stored {
+            candidate.nodes.clone_from(&stored.nodes);
+            candidate.places.clone_from(&stored.places);
+            candidate.left.clone_from(&stored.left);
+        }
+        candidate.settle(places);
+        candidate.digests = self.found.digests;
+        candidate.nodes.extend(self.types.into_keys());
+        let changed = stored.as_ref().is_none_or(|stored| {
+            let old = (&stored.spec, &stored.digests, &stored.places);
+            old != (&candidate.spec, &candidate.digests, &candidate.places)
+        });
+        if changed {
+            candidate.generation += 1;
+        }
+        records.insert(name.clone(), candidate.clone());
+        let placed = core.place_all(&records);
+        if changed {
+            size::whole(&placed, &candidate.uid, records.values())?;
+        }
+        let mut notes = placed.notes.get(&name).cloned().unwrap_or_default();
+        notes.extend(self.found.notes);
+        Ok(Some(Admitted {
+            plan: moved::plan(core, &records, &placed.desired, &self.observed),
+            record: candidate,
+            changed,
+            notes,
+        }))
+    }
 }
 
 /// What the modules of a system's components say of themselves, as far as they say it.
@@ -111,8 +195,8 @@ fn described<'a>(
 /// What would be done now.
 pub async fn plan(core: &Arc<Core>, placed: &Placed) -> Plan {
     let observed = core.observe().await;
-    let blocked = core.backoff().blocked();
-    rts_plan::plan(&placed.desired, &observed, &blocked)
+    let records = core.registry().systems.clone();
+    moved::plan(core, &records, &placed.desired, &observed)
 }
 
 /// Refuses a candidate that wants another system's instance names; a clash between two others is not its fault.

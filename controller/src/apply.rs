@@ -9,11 +9,14 @@ use rts_controller_api::objects::System;
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
 use rts_controller_api::{Problem, ProblemError};
 
-use crate::admit;
+use crate::admit::{self, Admitted};
 use crate::core::Core;
 use crate::ledger::Standing;
 use crate::store::{StoreError, SystemRecord};
 use crate::view::Happening;
+
+/// Times that a request is examined when the system changes meanwhile.
+const ATTEMPTS: usize = 4;
 
 /// What the stored system must be for a change of it to be wanted.
 #[derive(Debug, Clone, Default)]
@@ -91,9 +94,21 @@ async fn apply_now(
     request: ApplyRequest,
     precondition: &Precondition,
 ) -> Result<ApplyResult, Problem> {
-    let _admission = core.admission.lock().await;
-    check_version(core, name, precondition)?;
-    let admitted = admit::admit(core, name, request).await?;
+    for _ in 0..ATTEMPTS {
+        check_version(core, name, precondition)?;
+        // Agents are asked before anything is locked: one that is slow holds up nobody else.
+        let examined = admit::examine(core, name, &request).await?;
+        let _admission = core.admission.lock().await;
+        check_version(core, name, precondition)?;
+        if let Some(admitted) = examined.decide(core)? {
+            return store(core, name, admitted).await;
+        }
+    }
+    Err(admit::changed(name))
+}
+
+/// Makes an admitted system the desired one. The caller holds [`Core::admission`].
+async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResult, Problem> {
     if admitted.changed {
         let generation = admitted.record.generation;
         core.store_system(admitted.record)

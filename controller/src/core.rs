@@ -9,13 +9,14 @@ use rts_agent_api::messages::StepOutcome;
 use rts_plan::desired::SystemRef;
 use rts_plan::observed::Observed;
 use rts_plan::plan::{Plan, Step, StepId};
-use rts_plan::{NodeFacts, Placed, StoredSystem};
+use rts_plan::{NodeFacts, Placed, Settled, StoredSystem};
 use tokio::sync::{Notify, watch};
 
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::publish;
+use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
 use crate::store::{
@@ -68,6 +69,8 @@ pub struct Core {
     pub admission: tokio::sync::Mutex<()>,
     /// Wakes the reconcile loop.
     pub wake: Notify,
+    /// Tells whether the reconcile loop goes on.
+    pub pulse: Pulse,
     desired: watch::Sender<u64>,
     registry: Mutex<Registry>,
     world: Mutex<World>,
@@ -146,6 +149,7 @@ impl Core {
             backoff: Mutex::default(),
             admission: tokio::sync::Mutex::new(()),
             wake: Notify::new(),
+            pulse: Pulse::default(),
             desired: watch::Sender::new(0),
             registry: Mutex::new(Registry {
                 systems,
@@ -228,8 +232,15 @@ impl Core {
 
     /// Places these systems.
     pub fn place_all(&self, records: &BTreeMap<String, SystemRecord>) -> Placed {
-        let registry = self.registry();
         let systems: Vec<StoredSystem> = records.values().map(stored).collect();
+        let settled = records.values().map(|r| (r.uid.clone(), settled(r)));
+        let facts = self.facts(records);
+        rts_plan::place_settled(&systems, &facts, &self.local_node, &settled.collect())
+    }
+
+    /// What placement must know of all nodes.
+    pub fn facts(&self, records: &BTreeMap<String, SystemRecord>) -> Vec<NodeFacts> {
+        let registry = self.registry();
         let sessions = self.sessions.all();
         let ran = records.values().flat_map(|record| &record.nodes);
         let names: BTreeSet<&String> = sessions
@@ -237,7 +248,7 @@ impl Core {
             .chain(registry.nodes.keys())
             .chain(ran)
             .collect();
-        let facts: Vec<NodeFacts> = names
+        names
             .into_iter()
             .map(|name| NodeFacts {
                 name: name.clone(),
@@ -245,8 +256,7 @@ impl Core {
                     .get(name)
                     .map_or_else(Vec::new, |entry| entry.session.aliases.clone()),
             })
-            .collect();
-        rts_plan::place(&systems, &facts, &self.local_node)
+            .collect()
     }
 
     /// Reserves revisions before they run out.
@@ -277,5 +287,14 @@ fn stored(record: &SystemRecord) -> StoredSystem {
         spec: record.spec.clone(),
         module_digests: record.digests.clone(),
         deleting: record.deleted.is_some(),
+    }
+}
+
+fn settled(record: &SystemRecord) -> Settled {
+    let nodes = record.nodes.difference(&record.forgotten);
+    Settled {
+        generation: record.generation,
+        places: record.places.clone(),
+        nodes: nodes.cloned().collect(),
     }
 }

@@ -39,6 +39,8 @@ pub fn greet(
     }
     core.publish();
     core.wake.notify_one();
+    // The session is kept all the same: it is there when the loop goes on.
+    core.pulse.check()?;
     Ok(SessionReply {
         cluster_uid: core.cluster_uid.clone(),
         epoch: core.epoch(),
@@ -69,7 +71,7 @@ pub fn heartbeat(
     if beat.back || beat.inventory_changed {
         core.wake.notify_one();
     }
-    Ok(())
+    core.pulse.check()
 }
 
 /// An error of an agent, for our client.

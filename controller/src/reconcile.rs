@@ -22,11 +22,12 @@ use rts_plan::plan::Plan;
 use tokio::time::Instant;
 
 use crate::core::Core;
-use crate::ledger::settle::settle;
+use crate::ledger::settle::Settling;
+use crate::moved;
 use crate::store::SystemRecord;
 
 pub use self::backoff::{Backoff, Entry, target_of};
-use self::node_specs::NodeSpecs;
+pub use self::node_specs::NodeSpecs;
 use self::runs::Runs;
 pub use self::teardown::is_free_of;
 
@@ -51,6 +52,7 @@ pub struct Reconciler {
     core: Arc<Core>,
     specs: NodeSpecs,
     runs: Runs,
+    settling: Settling,
 }
 
 impl Reconciler {
@@ -59,6 +61,7 @@ impl Reconciler {
         Self {
             specs: NodeSpecs::new(Arc::clone(&core)),
             runs: Runs::new(Arc::clone(&core)),
+            settling: Settling::new(Arc::clone(&core)),
             core,
         }
     }
@@ -67,8 +70,10 @@ impl Reconciler {
     pub async fn run(mut self) {
         loop {
             let began = Instant::now();
+            self.core.pulse.beat();
             let next = self.round().await;
             self.core.metrics.reconciled(began.elapsed());
+            self.core.pulse.beat();
             if next == Next::Rest {
                 self.rest().await;
             }
@@ -100,22 +105,23 @@ impl Reconciler {
         self.core.reserve_revisions().await;
         let mut desired = self.core.watch_desired();
         desired.mark_unchanged();
-        let fenced = settle(&self.core).await;
-        let asked = stamps(&self.core);
-        let observed = self.core.look(SLOW_TICK).await;
+        let fenced = self.settling.settle();
         // Without an await between them, both speak of the same generations.
         let placed = self.core.place(None);
-        let mut stamps = stamps(&self.core);
-        // What was seen before a generation was stored says nothing about it.
-        stamps.retain(|uid, stamp| asked.get(uid) == Some(stamp));
-        let planned = stamps
-            .iter()
-            .map(|(uid, stamp)| (uid.clone(), stamp.generation))
-            .collect();
+        let stamps = stamps(&self.core);
         self.specs.note_nodes(&placed).await;
-        let plan = self.plan(&placed, &observed, &busy);
         let mut faults = self.specs.send(&placed.desired, &fenced).await;
         faults.extend(fenced);
+        // What is seen from here on was there after the agents had stored what they are judged by.
+        let observed = self.core.look(SLOW_TICK).await;
+        moved::seen(&self.core, &self.specs, &observed).await;
+        let plan = self.plan(&placed, &observed, &busy);
+        let untold = self.specs.untold(&placed.desired, &faults);
+        let planned = stamps
+            .iter()
+            .filter(|(uid, _)| !untold.contains(*uid))
+            .map(|(uid, stamp)| (uid.clone(), stamp.generation))
+            .collect();
         self.show(placed, planned, observed, &plan, faults, &busy);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;
@@ -127,12 +133,16 @@ impl Reconciler {
 
     /// Plans, and once more when a process that was started not long ago is gone: its next start is delayed.
     fn plan(&self, placed: &Placed, observed: &Observed, busy: &BTreeSet<String>) -> Plan {
-        let blocked = || self.core.backoff().blocked();
-        let plan = rts_plan::plan(&placed.desired, observed, &blocked());
-        if !self.runs.deaths().count(&self.core, &plan, observed, busy) {
+        let desired = &placed.desired;
+        let planned = || {
+            let records = self.core.registry().systems.clone();
+            moved::plan(&self.core, &records, desired, observed)
+        };
+        let plan = planned();
+        if !deaths::count(&self.core, desired, &plan, observed, busy) {
             return plan;
         }
-        rts_plan::plan(&placed.desired, observed, &blocked())
+        planned()
     }
 
     fn show(

@@ -7,7 +7,9 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::home::{Home, HomeError};
-use crate::store::{Backup, BackupError, RedbStore, Restored, State, Store, StoreError, epoch_of};
+use crate::store::{
+    Backup, BackupError, RedbStore, Restored, State, Store, StoreError, numbers_of,
+};
 
 /// Why a backup was not restored. The store is as it was.
 #[derive(Debug, thiserror::Error)]
@@ -62,8 +64,9 @@ pub fn restore(root: &Path, file: &Path, take_over: bool) -> Result<Report, Rest
     let home = Home::take(root)?;
     let now = Timestamp::now();
     let path = home.store();
-    let old = epoch_of(&path).unwrap_or(0);
-    state.epoch = state.epoch.max(old).saturating_add(1);
+    let old = numbers_of(&path).unwrap_or_default();
+    state.epoch = state.epoch.max(old.epoch).saturating_add(1);
+    state.revisions = state.revisions.max(old.revisions).max(by_time(now));
     state.restored = Some(Restored {
         at: now,
         take_over,
@@ -78,6 +81,14 @@ pub fn restore(root: &Path, file: &Path, take_over: bool) -> Result<Report, Rest
     std::fs::rename(&new, &path).map_err(failed("put the new store to", &path))?;
     sync(&path)?;
     Ok(report(&backup, &state, kept))
+}
+
+/// Above every version that a store without jumps has given out by now, also one that was lost: 2^20 for each second
+/// since 2020. It stays below 2^53, so that every JSON reader takes it for what it is.
+fn by_time(now: Timestamp) -> u64 {
+    const BEGIN: i64 = 1_577_836_800;
+    let seconds = u64::try_from(now.as_second() - BEGIN).unwrap_or(0);
+    seconds.min(1 << 32) << 20
 }
 
 fn read(file: &Path) -> Result<(Backup, State), RestoreError> {
@@ -142,6 +153,7 @@ fn failed(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RestoreE
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::Write;
 
     fn backup(folder: &Path, epoch: u64) -> PathBuf {
         let state = State {
@@ -175,6 +187,34 @@ mod tests {
         let state = held(&home);
         assert_eq!((state.cluster_uid.as_str(), state.epoch), ("c", 6));
         assert!(state.restored.unwrap().take_over);
+    }
+
+    #[test]
+    fn no_version_is_given_out_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path().join("home");
+        let file = backup(folder.path(), 4);
+        restore(&home, &file, false).unwrap();
+        let first = held(&home).revisions;
+        assert!(first > 1 << 40 && first < 1 << 53);
+        let path = home.join("state/controller.redb");
+        let store = RedbStore::open(&path, "other").unwrap();
+        let far = 1 << 52;
+        store.write(&[Write::Revisions(far)]).unwrap();
+        drop(store);
+        restore(&home, &file, false).unwrap();
+        assert_eq!(
+            held(&home).revisions,
+            far,
+            "above the store that is replaced"
+        );
+        std::fs::remove_file(&path).unwrap();
+        restore(&home, &file, false).unwrap();
+        assert!(
+            held(&home).revisions >= first,
+            "also where that store was lost"
+        );
+        assert!(by_time(Timestamp::UNIX_EPOCH) == 0);
     }
 
     #[test]

@@ -177,6 +177,16 @@ impl Sessions {
         self.tell();
     }
 
+    /// What was said of a session's ledger no longer holds.
+    pub fn unclaim(&self, node: &str, session: &str) {
+        if let Some(entry) = self.nodes().get_mut(node)
+            && entry.session.id == session
+        {
+            entry.session.claim = None;
+        }
+        self.tell();
+    }
+
     /// Waits for something that a session's agent does, but no longer than the session lives.
     pub async fn while_live<T>(
         &self,

@@ -17,7 +17,7 @@ pub use self::backup::{Backup, BackupError};
 pub use self::durable::Durable;
 pub use self::memory::MemoryStore;
 pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
-pub use self::redb::{RedbStore, epoch_of};
+pub use self::redb::{RedbStore, numbers_of};
 
 /// Version of the tables. A store with a higher one is refused.
 pub const SCHEMA_VERSION: u32 = 2;

@@ -22,6 +22,8 @@ pub use self::ring::{Change, Ring};
 
 /// Changes that a watcher can still resume from.
 const RING: usize = 4096;
+/// Most bytes of these changes.
+const RING_BYTES: usize = 64 * 1024 * 1024;
 /// Events that are kept.
 const EVENTS: usize = 1000;
 
@@ -56,7 +58,7 @@ impl View {
                 revision: start,
                 tables: Tables::default(),
                 events: VecDeque::new(),
-                ring: Ring::new(RING, start),
+                ring: Ring::new(RING, RING_BYTES, start),
             }),
             latest: watch::Sender::new(start),
         }

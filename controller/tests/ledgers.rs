@@ -7,9 +7,9 @@ mod fleet;
 use std::sync::Arc;
 use std::time::Duration;
 
+use fleet::stores::{meets, restored, until};
 use fleet::{Cluster, FakeAgent, systems};
-use jiff::Timestamp;
-use rts_controller::store::{MemoryStore, Restored, State};
+use rts_controller::store::{MemoryStore, State};
 use rts_controller_api::objects::{Node, Phase, System};
 use rts_controller_api::requests::{ApplyRequest, TakeOver};
 use rts_schemas::system::SystemSpec;
@@ -29,42 +29,12 @@ fn node(cluster: &Cluster) -> Node {
     cluster.core.view.get::<Node>("local").unwrap()
 }
 
-/// A controller with this store meets the agents that are there.
-fn meets(old: Cluster, store: MemoryStore) -> Cluster {
-    let fleet = old.fleet.clone();
-    drop(old);
-    let mut cluster = Cluster::start(fleet, store);
-    cluster.join("local", "next");
-    cluster
-}
-
-/// As `restore` leaves a store.
-fn restored(mut state: State, epoch: u64, take_over: bool) -> MemoryStore {
-    state.epoch = epoch;
-    state.restored = Some(Restored {
-        at: Timestamp::UNIX_EPOCH,
-        take_over,
-        settled: Default::default(),
-    });
-    MemoryStore::holding(state)
-}
-
 async fn converged() -> (Cluster, Arc<FakeAgent>) {
     let (cluster, agent) = Cluster::hello();
     cluster.apply(systems::hello()).await;
     cluster.until_phase("hello", Phase::Converged).await;
     agent.take_done();
     (cluster, agent)
-}
-
-async fn until(what: impl Fn() -> bool) {
-    let wait = async {
-        while !what() {
-            tokio::time::sleep(Duration::from_millis(50)).await;
-        }
-    };
-    let waited = tokio::time::timeout(Duration::from_secs(60), wait).await;
-    waited.expect("it never came to that");
 }
 
 #[tokio::test(start_paused = true)]
@@ -117,7 +87,7 @@ async fn an_adopted_node_goes_on_without_a_restart_and_obeys_from_then_on() {
         .await
         .unwrap();
     cluster.until("hello", |s| s.is_none()).await;
-    assert!(agent.incarnations().is_empty());
+    assert!(agent.inventory_now().managers.is_empty());
 }
 
 #[tokio::test(start_paused = true)]
@@ -274,4 +244,77 @@ async fn a_store_that_was_put_back_without_a_restore_takes_in_what_is_newer() {
     assert!(agent.take_done().is_empty());
     let stored = cluster.stored().nodes["local"].generation;
     assert!(stored >= told.generation);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_take_over_that_failed_is_not_done_later() {
+    let (cluster, agent) = converged().await;
+    let cluster = meets(cluster, MemoryStore::new("stranger"));
+    let confirm = node(&cluster).status.ledger.unwrap();
+    agent.silence(true);
+    let failed = rts_controller::take_over(&cluster.core, "local", TakeOver { confirm }).await;
+    assert_eq!(failed.unwrap_err().status, 503);
+    let (before, ledger) = (agent.incarnations(), agent.ledger());
+    agent.silence(false);
+    tokio::time::sleep(Duration::from_secs(30)).await;
+    assert_eq!((agent.incarnations(), agent.ledger()), (before, ledger));
+    let status = node(&cluster).status;
+    assert_eq!(status.reason.as_deref(), Some("ForeignLedger"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_teardown_of_a_system_that_is_not_known_goes_on_after_an_adoption() {
+    let (cluster, agent) = converged().await;
+    let mut spec = systems::hello();
+    spec.orders.shut_down = vec![systems::after("Sine0", "Printer0")];
+    cluster.apply(spec).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    for name in ["main", "Printer0"] {
+        agent.fail(&format!("StopManager manager/hello.{name}"), 2);
+    }
+    rts_controller::delete(&cluster.core, "hello", None)
+        .await
+        .unwrap();
+    until(|| agent.ledger().unwrap().generation == 3).await;
+    let cluster = meets(cluster, MemoryStore::new("stranger"));
+    assert_eq!(agent.inventory_now().managers.len(), 2);
+    rts_controller::adopt(&cluster.core, "local").await.unwrap();
+    let orders = cluster.stored().systems["hello"].spec.orders.clone();
+    assert!(!orders.shut_down.is_empty(), "its orders are kept");
+    cluster.until("hello", |s| s.is_none()).await;
+    assert!(agent.inventory_now().managers.is_empty());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_ledger_that_cannot_be_taken_in_without_a_restart_is_left_alone() {
+    let (cluster, agent) = converged().await;
+    let backup = cluster.stored();
+    {
+        // Something that this program would place otherwise.
+        let mut state = agent.state.lock().unwrap();
+        let told = state.spec.as_mut().unwrap();
+        let parts = told.spec.systems.iter_mut();
+        let component = parts.flat_map(|part| &mut part.components).next().unwrap();
+        component.recreate_hash = "0123456789abcdef".into();
+        told.digest = rts_plan::digest(&told.spec);
+        told.generation += 1;
+    }
+    let (before, told) = (agent.incarnations(), agent.ledger());
+    let cluster = meets(cluster, restored(backup, 2, false));
+    tokio::time::sleep(Duration::from_secs(30)).await;
+    assert_eq!((agent.incarnations(), agent.ledger()), (before, told));
+    assert!(agent.take_done().is_empty());
+    let system = cluster.system("hello").unwrap();
+    let mut waiting = system.status.waiting_on.iter();
+    let node = waiting.find(|w| w.target == "node/local").unwrap();
+    assert!(
+        node.reason.contains("would restart Sine0"),
+        "{}",
+        node.reason
+    );
+    // Whoever means it can have it.
+    let mut state = cluster.stored();
+    state.restored.as_mut().unwrap().take_over = true;
+    let cluster = meets(cluster, MemoryStore::holding(state));
+    cluster.until_phase("hello", Phase::Converged).await;
 }

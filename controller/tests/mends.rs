@@ -258,3 +258,123 @@ async fn a_wait_longer_than_the_usual_deadline_is_waited_out() {
         .any(|e| e.spec.reason == "ActivateFailed");
     assert!(!skipped);
 }
+
+/// Printer0 died and its policy is never.
+async fn held() -> (Cluster, std::sync::Arc<fleet::FakeAgent>) {
+    let (cluster, agent) = Cluster::hello();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.hold(
+        "Printer0",
+        "it ended by itself; apply a change to have it start",
+    );
+    agent.kill("hello.Printer0");
+    cluster.until_phase("hello", Phase::Degraded).await;
+    (cluster, agent)
+}
+
+fn back_offs(cluster: &Cluster) -> Vec<String> {
+    let events = cluster.events().into_iter();
+    let found = events.filter(|e| e.spec.reason == "BackOff");
+    found.map(|e| e.spec.message).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_held_and_torn_down_did_not_die_when_it_is_applied_again() {
+    let (cluster, agent) = held().await;
+    rts_controller::delete(&cluster.core, "hello", None)
+        .await
+        .unwrap();
+    cluster.until("hello", |s| s.is_none()).await;
+    agent.state.lock().unwrap().held.clear();
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    assert_eq!(back_offs(&cluster), Vec::<String>::new());
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_no_longer_held_is_started_without_delay() {
+    let (cluster, agent) = held().await;
+    tokio::time::sleep(Duration::from_secs(10)).await;
+    {
+        let mut state = agent.state.lock().unwrap();
+        state.held.clear();
+        state.revision += 1;
+    }
+    cluster.until_phase("hello", Phase::Converged).await;
+    assert_eq!(back_offs(&cluster), Vec::<String>::new());
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_apply_is_judged_by_what_was_seen_after_its_agents_took_it() {
+    let (cluster, agent) = held().await;
+    agent.state.lock().unwrap().lets_go = true;
+    let mut changed = systems::hello();
+    changed.components[2].execution_context.rate = Some(25.0);
+    cluster.apply(changed).await;
+    cluster
+        .until("hello", |s| {
+            let s = s.unwrap();
+            let judged = s.status.observed_generation == 2;
+            assert!(
+                !judged || s.status.phase != Phase::Degraded,
+                "{:?}",
+                s.status
+            );
+            judged && s.status.phase == Phase::Converged
+        })
+        .await;
+    assert_eq!(back_offs(&cluster), Vec::<String>::new());
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_held_is_said_again_when_the_same_is_applied() {
+    let (cluster, _agent) = held().await;
+    let result = cluster.apply(systems::hello()).await;
+    assert!(!result.changed);
+    let planned = result.plan.waiting_on.iter();
+    let planned = planned.map(|w| (w.target.as_str(), w.reason.as_str()));
+    let status = result.system.status.waiting_on.iter();
+    let status = status.map(|w| (w.target.as_str(), w.reason.as_str()));
+    let said = (
+        "component/Printer0",
+        "it ended by itself; apply a change to have it start",
+    );
+    assert!(planned.into_iter().any(|w| w == said));
+    assert!(status.into_iter().any(|w| w == said));
+    assert_eq!(result.system.status.phase, Phase::Degraded);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_controller_whose_loop_is_stuck_gives_no_sign_of_life() {
+    let fleet = fleet::FakeFleet::default();
+    let agent = fleet.add("local", &[]);
+    // A controller whose loop does not run.
+    let core = fleet::core(&fleet, &rts_controller::store::MemoryStore::new("cluster"));
+    rts_controller::greet(&core, "local", fleet::greeting(&agent, "s1")).unwrap();
+    let beat = || {
+        let beat = rts_agent_api::session::Heartbeat {
+            inventory_revision: 1,
+            delta: None,
+            events: Vec::new(),
+        };
+        rts_controller::heartbeat(&core, "local", "s1", beat)
+    };
+    tokio::time::sleep(Duration::from_secs(14)).await;
+    beat().unwrap();
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    let refused = beat().unwrap_err();
+    assert_eq!(
+        (refused.status, refused.code.as_str(), refused.retryable),
+        (503, "reconcile-stuck", true)
+    );
+    let refused = rts_controller::greet(&core, "local", fleet::greeting(&agent, "s1"));
+    assert_eq!(refused.unwrap_err().code, "reconcile-stuck");
+    tokio::spawn(rts_controller::Reconciler::new(std::sync::Arc::clone(&core)).run());
+    tokio::time::sleep(Duration::from_millis(100)).await;
+    beat().unwrap();
+    for _ in 0..60 {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        beat().unwrap();
+    }
+}

@@ -18,8 +18,7 @@ pub fn durable_folder(path: &Path) -> io::Result<()> {
     private_folder(path)?;
     for folder in new {
         // A folder is named by its parent.
-        let parent = folder.parent().filter(|p| !p.as_os_str().is_empty());
-        File::open(parent.unwrap_or(Path::new(".")))?.sync_all()?;
+        File::open(folder_of(folder))?.sync_all()?;
     }
     Ok(())
 }
@@ -58,8 +57,13 @@ pub fn replace_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let new = beside(path)?;
     write_private(&new, bytes)?.sync_all()?;
     std::fs::rename(&new, path)?;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    File::open(folder)?.sync_all()
+    File::open(folder_of(path))?.sync_all()
+}
+
+/// The folder that names a file; a bare name's is the working folder.
+fn folder_of(path: &Path) -> &Path {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    parent.unwrap_or(Path::new("."))
 }
 
 /// A name that only one process writes: the callers hold the lock of the folder.
@@ -99,6 +103,19 @@ mod tests {
         let mode = std::fs::metadata(&path).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o600);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_bare_name_lies_in_the_working_folder() {
+        let folder = |path: &str| folder_of(Path::new(path)).to_owned();
+        assert_eq!(folder("backup.json"), Path::new("."));
+        assert_eq!(folder("a/backup.json"), Path::new("a"));
+        assert_eq!(folder("/backup.json"), Path::new("/"));
+        let name = format!("bare-name-{}.json", std::process::id());
+        let path = Path::new(&name);
+        replace_durably(path, b"x").unwrap();
+        assert_eq!(std::fs::read(path).unwrap(), b"x");
+        std::fs::remove_file(path).unwrap();
     }
 
     #[test]

@@ -41,7 +41,8 @@ impl std::error::Error for ClaimError {
     }
 }
 
-/// Makes the folders, mode 0700, and marks them. One that is there already must bear the mark or be empty.
+/// Makes the folders, mode 0700, and marks them. One that is there already must bear the mark or be empty. `run` may
+/// also hold what our programs make anew there when somebody has removed it, and nothing else.
 pub fn claim(home: &Path) -> Result<(), ClaimError> {
     for name in FOLDERS {
         let folder = home.join(name);
@@ -59,9 +60,10 @@ fn claim_one(folder: &Path) -> Result<(), Option<io::Error>> {
     if is_claimed(folder) {
         return Ok(());
     }
-    let foreign = std::fs::read_dir(folder)?
-        .flatten()
-        .any(|entry| !entry.file_name().to_string_lossy().starts_with(MARK));
+    let is_run = folder.file_name().is_some_and(|name| name == FOLDERS[0]);
+    let foreign = entries(folder)?
+        .iter()
+        .any(|(name, entry)| !(name.starts_with(MARK) || is_run && is_of_run(name, entry)));
     // Another of our programs may have marked it and gone on meanwhile.
     if foreign && !is_claimed(folder) {
         return Err(None);
@@ -70,6 +72,43 @@ fn claim_one(folder: &Path) -> Result<(), Option<io::Error>> {
         &folder.join(MARK),
         b"Made by rtsctl; `rtsctl down --purge` removes this folder.\n",
     )?)
+}
+
+/// Names and paths of what a folder holds.
+fn entries(folder: &Path) -> io::Result<Vec<(String, PathBuf)>> {
+    let entries = std::fs::read_dir(folder)?.flatten();
+    let named = entries.map(|e| (e.file_name().to_string_lossy().into_owned(), e.path()));
+    Ok(named.collect())
+}
+
+/// True for what a controller makes in `run`, and for the folder of a node with nothing else than what its agent and
+/// managers make there.
+fn is_of_run(name: &str, path: &Path) -> bool {
+    is_of_daemon("controller", name)
+        || is_folder(path)
+            && entries(path).is_ok_and(|entries| {
+                let mut entries = entries.iter();
+                entries.all(|(name, path)| {
+                    is_of_daemon("agent", name) || is_manager(name) && is_folder(path)
+                })
+            })
+}
+
+/// `agent.sock`, `agent.lock`, `agent.json`, and what these are called while they are written.
+fn is_of_daemon(daemon: &str, name: &str) -> bool {
+    let rest = name.strip_prefix(daemon);
+    let rest = rest.map(|rest| rest.strip_suffix(".new").unwrap_or(rest));
+    matches!(rest, Some(".sock" | ".lock" | ".json"))
+}
+
+/// The run folder of a manager: 8 hexadecimal digits.
+fn is_manager(name: &str) -> bool {
+    name.len() == 8 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
+}
+
+/// True for a folder, not for a link to one.
+fn is_folder(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|file| file.is_dir())
 }
 
 /// True when the folder is ours.
@@ -93,6 +132,36 @@ mod tests {
                 .iter()
                 .all(|name| is_claimed(&home.path().join(name)))
         );
+    }
+
+    #[test]
+    fn a_run_folder_that_our_programs_made_anew_is_taken_and_no_other() {
+        let home = tempfile::tempdir().unwrap();
+        let run = home.path().join("run");
+        std::fs::create_dir_all(run.join("local/0123abcd")).unwrap();
+        for name in ["controller.sock", "local/agent.lock", "local/agent.json"] {
+            std::fs::write(run.join(name), "").unwrap();
+        }
+        std::fs::write(run.join("local/0123abcd/manager.json"), "").unwrap();
+        claim(home.path()).unwrap();
+        assert!(is_claimed(&run));
+        for foreign in [
+            "thesis.tex",
+            "local/thesis.tex",
+            "local/0123abce",
+            "controller.tex",
+        ] {
+            std::fs::remove_file(run.join(MARK)).unwrap();
+            std::fs::write(run.join(foreign), "").unwrap();
+            assert!(claim(home.path()).is_err(), "{foreign}");
+            std::fs::remove_file(run.join(foreign)).unwrap();
+            claim(home.path()).unwrap();
+        }
+        // Another folder of the home holds nothing of that kind.
+        let logs = home.path().join("logs");
+        std::fs::remove_file(logs.join(MARK)).unwrap();
+        std::fs::create_dir(logs.join("local")).unwrap();
+        assert!(claim(home.path()).is_err());
     }
 
     #[test]

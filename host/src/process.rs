@@ -113,6 +113,15 @@ pub fn group_of_lives(leader: &Identity) -> bool {
         && group_lives(leader.pid)
 }
 
+/// Sends a signal to the group that a process leads or led; one in which nobody lives any more is fine.
+pub fn signal_group_of(leader: &Identity, signal: Signal) -> io::Result<()> {
+    if group_of_lives(leader) {
+        signal_group(leader.pid, signal)
+    } else {
+        Ok(())
+    }
+}
+
 /// Kills the group that a process leads or led, until nobody is left; false when somebody is at the end of the time.
 pub fn end_group_of(leader: &Identity, limit: Duration) -> bool {
     let end = Instant::now() + limit;

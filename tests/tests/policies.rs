@@ -228,3 +228,38 @@ fn on_failure_lets_an_orderly_end_be() {
     before.without(&["bad"]).goes_on_undisturbed(&stack);
     stack.leaves_nothing();
 }
+
+#[test]
+fn a_component_that_is_slow_to_activate_does_not_keep_another_from_healing() {
+    let stack = Stack::new();
+    let profile = Profile::new("slow")
+        .component("source", "SineSource")
+        .with("manager", "a")
+        .component("sink", "Printer")
+        .with("manager", "b")
+        .connect("source.out", "sink.in")
+        .component("slow", "Faulty")
+        .with("manager", "c")
+        .parameter("activation_ms", "9000");
+    let file = stack.write("slow.xml", profile.xml());
+    let mut command = stack.command(&["apply", &file.to_string_lossy()]);
+    let mut apply = command.spawn().expect("rtsctl starts");
+    let before = stack.until_seen("all but one run", |now| {
+        now.without(&["slow"]).all_active(2) && now.names().len() == 3
+    });
+    // The apply still runs, and waits for the slow one.
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    kill_9(before.of("sink").pid);
+    let after = stack.until_seen("the sink runs again", |now| {
+        now.names().contains(&"sink") && now.of("sink").info.state == "Active"
+    });
+    assert_ne!(after.of("sink").pid, before.of("sink").pid);
+    assert_eq!(
+        after.of("slow").info.state,
+        "Inactive",
+        "it was not waited for"
+    );
+    after.without(&["slow"]).goes_on_undisturbed(&stack);
+    assert_eq!(apply.wait().expect("it ends").code(), Some(0));
+    stack.leaves_nothing();
+}

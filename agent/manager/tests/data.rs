@@ -317,6 +317,7 @@ fn greet(
         incarnation: incarnation.to_owned(),
         data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         encoding: "cdr-le".to_owned(),
+        good_bye: true,
     };
     change(&mut hello);
     let mut stream = target.connect();

@@ -51,7 +51,13 @@ fn is_there(client: &mut Client, instance: &str) -> bool {
 }
 
 /// It is deactivated by itself, and says why until it is active again.
-fn is_deactivated(manager: &Running, client: &mut Client, events: &mut Listener, name: &str) {
+fn is_deactivated(
+    manager: &Running,
+    client: &mut Client,
+    events: &mut Listener,
+    name: &str,
+    removed: RequestBody,
+) {
     assert_eq!(events.event(&format!("component/{name}")), DEACTIVATED);
     let seen = component(client, name);
     assert_eq!(seen.state, "Inactive");
@@ -67,6 +73,7 @@ fn is_deactivated(manager: &Running, client: &mut Client, events: &mut Listener,
         component(client, name).message.as_deref(),
         Some(DEACTIVATED)
     );
+    ok(client, removed);
     ok(client, activate(name));
     assert_eq!(component(client, name).message, None);
 }
@@ -76,7 +83,8 @@ fn a_source_deactivates_itself_when_its_target_is_killed() {
     let mut pair = pair("deactivate");
     let mut events = Listener::connect(&pair.left);
     pair.right.signal("-KILL");
-    is_deactivated(&pair.left, &mut pair.l, &mut events, "A");
+    let removed = disconnect("A", C);
+    is_deactivated(&pair.left, &mut pair.l, &mut events, "A", removed);
 }
 
 #[test]
@@ -84,7 +92,8 @@ fn a_target_deactivates_itself_when_its_source_is_killed() {
     let mut pair = pair("deactivate");
     let mut events = Listener::connect(&pair.right);
     pair.left.signal("-KILL");
-    is_deactivated(&pair.right, &mut pair.r, &mut events, "B");
+    let removed = unbind(C);
+    is_deactivated(&pair.right, &mut pair.r, &mut events, "B", removed);
 }
 
 #[test]
@@ -175,16 +184,10 @@ fn both_go_on(what: &str, order: impl Fn(&mut Pair)) {
 #[test]
 fn what_is_ordered_is_no_loss() {
     both_go_on("disconnect", |pair| {
-        let (instance, connector) = ("A".to_owned(), C.to_owned());
-        let order = RequestBody::Disconnect {
-            instance,
-            connector,
-        };
-        ok(&mut pair.l, order);
+        ok(&mut pair.l, disconnect("A", C));
     });
     both_go_on("unbind", |pair| {
-        let connector = C.to_owned();
-        ok(&mut pair.r, RequestBody::Unbind { connector });
+        ok(&mut pair.r, unbind(C));
     });
     both_go_on("delete A", |pair| {
         ok(&mut pair.l, delete("A"));

@@ -238,3 +238,42 @@ fn data_flows_to_a_manager_of_then_and_its_end_is_a_loss() {
         component(&mut client, "A").state == "Inactive"
     });
 }
+
+/// A connection as a source of then makes it, to B in this manager.
+fn source_of_then(manager: &Running, incarnation: &str) -> std::os::unix::net::UnixStream {
+    use rts_manager_api::{data::DataReply, frame};
+    let mut stream = manager.connect();
+    let greeting = serde_json::json!({
+        "role": "data", "version": 1, "connector": "A.out-B.in", "source": "A.out", "instance": "B", "port": "in",
+        "incarnation": incarnation, "dataType": "IDL:RTC/TimedDouble:1.0", "encoding": "cdr-le",
+    });
+    frame::write(&mut stream, &greeting).unwrap();
+    let reply: DataReply = frame::read_answer(&mut stream).unwrap();
+    reply.result.unwrap();
+    stream
+}
+
+#[test]
+fn the_end_of_a_source_of_then_is_a_loss_unless_it_is_unbound_first() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let incarnation = manager.create("B", &[]);
+    ok(&mut client, on_disconnect("B", "deactivate"));
+    let bind = || binding("A.out-B.in", "B", "in", "A.out");
+    ok(&mut client, bind());
+    let source = source_of_then(&manager, &incarnation);
+    ok(&mut client, activate("B"));
+    ok(&mut client, unbind("A.out-B.in"));
+    drop(source);
+    let before = component(&mut client, "B").executions;
+    until("it goes on", || {
+        component(&mut client, "B").executions > before + 5
+    });
+    assert_eq!(component(&mut client, "B").state, "Active");
+
+    ok(&mut client, bind());
+    drop(source_of_then(&manager, &incarnation));
+    until("the loss is acted on", || {
+        component(&mut client, "B").state == "Inactive"
+    });
+}

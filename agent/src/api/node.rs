@@ -20,6 +20,7 @@ use tokio::sync::Semaphore;
 
 use super::{Answer, Shared};
 use crate::agent::Agent;
+use crate::ledger::Sealed;
 use crate::log_tail::{LogReader, ReadError, Step, Wanted};
 
 /// Logs that may be followed at once.
@@ -49,12 +50,9 @@ pub(super) async fn inventory(_: Principal, State(agent): Shared) -> Json<Invent
     path = paths::NODE_SPEC,
     responses((status = 200, body = NodeSpecEnvelope), (status = 404, description = "it was told nothing yet", body = Problem))
 )]
-pub(super) async fn node_spec(
-    _: Principal,
-    State(agent): Shared,
-) -> Answer<Json<NodeSpecEnvelope>> {
+pub(super) async fn node_spec(_: Principal, State(agent): Shared) -> Answer<Json<Sealed>> {
     let ledger = agent.ledger.lock().await;
-    match ledger.held() {
+    match ledger.sealed() {
         Some(held) => Ok(Json(held.clone())),
         None => Err(Problem::not_found("this node was told nothing yet").into()),
     }
@@ -74,9 +72,9 @@ pub(super) async fn node_spec(
 pub(super) async fn put_node_spec(
     _: Principal,
     State(agent): Shared,
-    Json(envelope): Json<NodeSpecEnvelope>,
+    Json(offered): Json<Sealed>,
 ) -> Answer<Json<NodeSpecReceipt>> {
-    Ok(Json(agent.put_node_spec(envelope).await?))
+    Ok(Json(agent.put_node_spec(offered).await?))
 }
 
 /// Where the modules of types are.

@@ -10,7 +10,9 @@ use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 use super::verb::{StepError, Verb, system_id, unless};
 use crate::events::lock;
 use crate::inventory::system_ref;
+use crate::manager_link::LinkError;
 use crate::managers::Manager;
+use crate::restarts::Leaving;
 
 /// Carries out a step on one component.
 pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> {
@@ -67,19 +69,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
         Work::Deactivate { manager, instance } => {
             done_if_there(verb, &manager, RequestBody::Deactivate { instance }).await
         }
-        Work::Delete { manager, instance } => {
-            let there = verb.manager_if_any(&manager);
-            // Before it is asked: should it bring the process down, it does not die by itself.
-            if let Some(system) = &verb.system {
-                verb.agent.component_gone(system, &instance);
-            }
-            let name = instance.clone();
-            done_if_there(verb, &manager, RequestBody::Delete { instance }).await?;
-            if let Some(there) = there {
-                lock(&there.seen).forget(&name);
-            }
-            Ok(())
-        }
+        Work::Delete { manager, instance } => delete(verb, &manager, instance).await,
         other => Err(StepError::Refused(format!(
             "{} is no step on a component",
             other.kind()
@@ -166,11 +156,47 @@ async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result
             if e.is(FailureCode::Conflict) && is_there(verb, &manager, &request).await? {
                 return Ok(());
             }
-            if let (Some(_), Some(system)) = (e.failure(), &verb.system) {
+            if let (true, Some(system)) = (is_absent(&e), &verb.system) {
                 verb.agent.component_gone(system, &request.instance);
             }
             Err(e)
         }
+    }
+}
+
+/// True for a refusal after which there is no component: one that is late may come all the same, and one that is in
+/// the way is there.
+fn is_absent(e: &StepError) -> bool {
+    e.failure()
+        .is_some_and(|f| !matches!(f.code, FailureCode::Deadline | FailureCode::Conflict))
+}
+
+/// Deletes a component; what is gone already is fine.
+async fn delete(verb: &Verb, key: &ManagerKey, instance: String) -> Result<(), StepError> {
+    let Some(manager) = verb.manager_if_any(key) else {
+        return Ok(());
+    };
+    let system = verb.system.as_ref();
+    // Before it is asked: should it bring the process down, it does not die by itself.
+    let agent = &verb.agent;
+    let leaving = system.map(|s| agent.component_leaves(s, &instance, &manager.incarnation));
+    let name = instance.clone();
+    let request = RequestBody::Delete { instance };
+    let deleted = manager.link.done(request, verb.limit).await;
+    if matches!(deleted, Err(LinkError::Lost { .. })) {
+        // Most likely it did bring the process down.
+        gone(leaving);
+        return Ok(deleted?);
+    }
+    unless(FailureCode::NotFound, deleted)?;
+    gone(leaving);
+    lock(&manager.seen).forget(&name);
+    Ok(())
+}
+
+fn gone(leaving: Option<Leaving>) {
+    if let Some(leaving) = leaving {
+        leaving.gone();
     }
 }
 

@@ -100,6 +100,7 @@ mod tests {
             components: vec![placed],
             connectors: Vec::new(),
             orders: Default::default(),
+            generation: 0,
         };
         Policies::of_spec(&NodeSpec {
             node: "local".to_owned(),

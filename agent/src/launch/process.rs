@@ -11,11 +11,11 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use rts_host::process::signal_group;
 use rustix::process::Signal;
 
 use super::{Exit, LaunchError, Launched, Launcher, Start};
 use crate::pidfd::PidFd;
-use crate::process::signal_group;
 
 /// Variables that a manager inherits, besides all that start with `RTS`.
 const KEPT: [&str; 5] = ["PATH", "HOME", "LANG", "RUST_BACKTRACE", "LD_LIBRARY_PATH"];
@@ -97,7 +97,9 @@ impl Launcher for ProcessLauncher {
 /// number cannot be given to another process.
 async fn end(mut child: Child, pidfd: PidFd) -> Exit {
     pidfd.ended().await;
-    signal_group(child.id(), Signal::KILL);
+    if let Err(e) = signal_group(child.id(), Signal::KILL) {
+        tracing::warn!(pid = child.id(), "cannot kill its process group: {e}");
+    }
     match child.wait() {
         Ok(status) => match (status.code(), status.signal()) {
             (Some(code), _) => Exit::Code(code),

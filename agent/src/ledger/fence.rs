@@ -2,7 +2,8 @@
 
 use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope};
 use rts_http::problem::Problem;
-use rts_plan::place::digest;
+
+use super::Sealed;
 
 /// What orders were given under: only those of the very spec that the ledger holds are obeyed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,14 +54,15 @@ pub(super) enum Verdict {
 pub(super) fn judge(
     node: &str,
     held: Option<&NodeSpecEnvelope>,
-    offered: &NodeSpecEnvelope,
+    offered: &Sealed,
 ) -> Result<Verdict, Problem> {
-    if digest(&offered.spec) != offered.digest {
+    if !offered.is_whole() {
         return Err(Problem::invalid(
             "digest-mismatch",
-            "the digest does not fit the node spec: it was changed on its way, or the controller has another version",
+            "the digest does not fit the node spec: it was changed on its way",
         ));
     }
+    let offered = offered.envelope();
     if offered.spec.node != node {
         return Err(Problem::invalid(
             "wrong-node",

@@ -1,9 +1,10 @@
 //! The ledger and its fence.
 
-use super::fence::{Verdict, judge};
+use super::fence::Verdict;
 use super::*;
 use rts_agent_api::messages::LedgerFence;
 use rts_plan::desired::{NodeSpec, NodeSystem, SystemRef};
+use rts_plan::place::digest;
 use std::sync::Arc;
 
 fn envelope(cluster: &str, epoch: u64, generation: u64, systems: &[&str]) -> NodeSpecEnvelope {
@@ -19,6 +20,7 @@ fn envelope(cluster: &str, epoch: u64, generation: u64, systems: &[&str]) -> Nod
                 components: Vec::new(),
                 connectors: Vec::new(),
                 orders: Default::default(),
+                generation: 0,
             })
             .collect(),
     };
@@ -30,6 +32,14 @@ fn envelope(cluster: &str, epoch: u64, generation: u64, systems: &[&str]) -> Nod
         take_over: None,
         spec,
     }
+}
+
+fn judge(
+    node: &str,
+    held: Option<&NodeSpecEnvelope>,
+    offered: &NodeSpecEnvelope,
+) -> Result<Verdict, Problem> {
+    fence::judge(node, held, &offered.clone().into())
 }
 
 fn code(held: &NodeSpecEnvelope, offered: &NodeSpecEnvelope) -> (u16, String) {
@@ -151,9 +161,9 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let mut ledger = Ledger::load("local", store.clone()).unwrap();
     assert!(ledger.held().is_none());
     let first = envelope("a", 1, 1, &["hello"]);
-    assert!(ledger.put(first.clone()).await.unwrap().changed);
-    assert!(!ledger.put(first.clone()).await.unwrap().changed);
-    assert!(ledger.put(envelope("a", 1, 0, &[])).await.is_err());
+    assert!(ledger.put(first.clone().into()).await.unwrap().changed);
+    assert!(!ledger.put(first.clone().into()).await.unwrap().changed);
+    assert!(ledger.put(envelope("a", 1, 0, &[]).into()).await.is_err());
 
     let again = Ledger::load("local", store.clone()).unwrap();
     assert_eq!(again.held(), Some(&first));
@@ -161,14 +171,14 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let mut taken = envelope("b", 4, 2, &["hello"]);
     taken.take_over = Some(ledger_fence(&first));
     let mut ledger = again;
-    assert!(ledger.put(taken.clone()).await.unwrap().changed);
+    assert!(ledger.put(taken.clone().into()).await.unwrap().changed);
     // Told again, since the answer was lost: it is so already.
-    assert!(!ledger.put(taken.clone()).await.unwrap().changed);
+    assert!(!ledger.put(taken.clone().into()).await.unwrap().changed);
     let again = Ledger::load("local", store.clone()).unwrap();
     let kept = again.held().unwrap();
     assert_eq!(ledger_fence(kept), ledger_fence(&taken));
     assert_eq!(kept.take_over, None);
-    assert!(ledger.put(envelope("a", 9, 9, &[])).await.is_err());
+    assert!(ledger.put(envelope("a", 9, 9, &[]).into()).await.is_err());
 
     let path = folder.path().join(FILE);
     let text = std::fs::read_to_string(&path).unwrap();
@@ -187,14 +197,15 @@ struct Slow {
 }
 
 impl Store for Slow {
-    fn load(&self) -> Result<Option<NodeSpecEnvelope>, LedgerError> {
+    fn load(&self) -> Result<Option<Sealed>, LedgerError> {
         Ok(None)
     }
 
-    fn save(&self, envelope: &NodeSpecEnvelope) -> io::Result<()> {
-        self.begun.send(envelope.generation).unwrap();
+    fn save(&self, sealed: &Sealed) -> io::Result<()> {
+        let generation = sealed.envelope().generation;
+        self.begun.send(generation).unwrap();
         self.go.lock().unwrap().recv().unwrap();
-        self.saved.lock().unwrap().push(envelope.generation);
+        self.saved.lock().unwrap().push(generation);
         Ok(())
     }
 }
@@ -225,16 +236,81 @@ async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it()
     *agent.ledger.lock().await = Ledger::load("local", store.clone()).unwrap();
 
     let first = agent.clone();
-    let first = tokio::spawn(async move { first.put_node_spec(envelope("a", 1, 1, &[])).await });
+    let first =
+        tokio::spawn(async move { first.put_node_spec(envelope("a", 1, 1, &[]).into()).await });
     assert_eq!(begins.recv().await, Some(1));
     first.abort();
     assert!(first.await.unwrap_err().is_cancelled());
     let second = agent.clone();
-    let second = tokio::spawn(async move { second.put_node_spec(envelope("a", 1, 2, &[])).await });
+    let second =
+        tokio::spawn(async move { second.put_node_spec(envelope("a", 1, 2, &[]).into()).await });
     go.send(()).unwrap();
     assert_eq!(begins.recv().await, Some(2));
     go.send(()).unwrap();
     assert!(second.await.unwrap().unwrap().changed);
     assert_eq!(*store.saved.lock().unwrap(), [1, 2]);
     assert_eq!(agent.ledger.lock().await.fence().unwrap().generation, 2);
+}
+
+/// A spec as the version before wrote it: its policies have no `onHang`, and the empty orders of its system are missing.
+const OLD: &str = r#"{"node":"local","systems":[{"system":{"name":"hello","uid":"1"},"components":[{"spec":{"instance":"A","type":"T","fullId":"","required":true,"ports":[],"configuration":{"active":null,"sets":{"default":{"text":"a  b \" c"}}},"executionContext":{"kind":"periodic","rate":1.0},"placement":{},"policy":{"onDisconnect":"keep","resetOnError":false,"restart":"never"}},"manager":"main","recreateHash":"h"}]}]}"#;
+
+/// An envelope as the version before wrote it to its ledger.
+fn old_envelope(spec: &str) -> String {
+    use sha2::{Digest, Sha256};
+    let digest = crate::folders::hex(&Sha256::digest(spec));
+    format!(r#"{{"clusterUid":"a","epoch":1,"generation":3,"digest":"{digest}","spec":{spec}}}"#)
+}
+
+#[tokio::test]
+async fn a_ledger_of_the_version_before_is_read_kept_as_it_was_and_names_the_same_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(FILE);
+    let store = Arc::new(FileStore::new(folder.path()));
+    let text = old_envelope(OLD);
+    // A field that is new since then is written by nobody who reads it.
+    let typed: NodeSpecEnvelope = serde_json::from_str(&text).unwrap();
+    assert_ne!(digest(&typed.spec), typed.digest);
+    std::fs::write(&path, &text).unwrap();
+    let ledger = Ledger::load("local", store.clone()).unwrap();
+    let sealed = ledger.sealed().unwrap().clone();
+    assert_eq!(sealed.envelope(), &typed);
+    let parts = sealed.parts();
+    assert_eq!(parts.len(), 1);
+
+    // Offered by the controller of that version, it is the same; saved and read again, it is whole.
+    let offered: Sealed = serde_json::from_str(&text).unwrap();
+    let mut ledger = ledger;
+    assert!(!ledger.put(offered.clone()).await.unwrap().changed);
+    store.save(&offered).unwrap();
+    let again = Ledger::load("local", store.clone()).unwrap();
+    assert_eq!(again.sealed().unwrap().parts(), parts);
+
+    // Written for people, as it was then.
+    let pretty = |text: &str, indent: &str| text.replace("\":", &format!("\":\n{indent}"));
+    std::fs::write(&path, pretty(&text, "  ")).unwrap();
+    let again = Ledger::load("local", store).unwrap();
+    assert_eq!(again.sealed().unwrap().parts(), parts);
+}
+
+#[test]
+fn a_field_that_this_version_does_not_know_is_refused_wherever_it_is() {
+    for at in [
+        r#"{"node""#,
+        r#"{"system""#,
+        r#"{"name""#,
+        r#"{"spec":{"instance""#,
+        r#"{"instance""#,
+        r#"{"active""#,
+        r#"{"kind""#,
+        r#"{"onDisconnect""#,
+    ] {
+        assert!(OLD.contains(at), "{at}");
+        let spec = OLD.replacen(at, &at.replacen('{', r#"{"new":1,"#, 1), 1);
+        let error = serde_json::from_str::<Sealed>(&old_envelope(&spec)).unwrap_err();
+        assert!(
+            error.to_string().contains("unknown field `new`"),
+            "{at}: {error}"
+        );
+    }
 }

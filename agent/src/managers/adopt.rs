@@ -9,18 +9,17 @@ use std::time::Duration;
 use rts_host::cgroup::Cgroup;
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::{ManagerKey, SystemRef};
-use rustix::process::Signal;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
-use super::tenant::{DESCRIBE, Tenant, bury, look};
-use super::{Identity, Manager};
+use super::tenant::{DESCRIBE, Tenant, bury, identity, look};
+use super::{Identity, Manager, Undying};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::folders::{folder_id, is_folder_id};
 use crate::launch::Exit;
 use crate::pidfd::PidFd;
-use crate::process::{Family, signal_group};
+use crate::process::Family;
 
 /// Pause between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -35,7 +34,7 @@ pub(crate) async fn adopt_all(agent: &Arc<Agent>) {
     let left = unknown_folders(agent).await;
     for folder in left {
         tracing::error!(
-            "{} is held by a process that does not say who it is; it is left alone, and looked at again now and then",
+            "{} is held by a process that does not say who it is, or that does not die; it is looked at again now and then",
             folder.display()
         );
     }
@@ -45,10 +44,11 @@ pub(crate) async fn adopt_all(agent: &Arc<Agent>) {
 pub(crate) async fn adopt_round(agent: &Arc<Agent>) -> bool {
     // Nobody makes or removes a folder meanwhile; whoever starts a manager waits, and then finds it adopted.
     let _folders = agent.managers.folders.lock().await;
+    lock(&agent.managers.undying).retain(|folder, _| folder.exists());
     let mut settled = true;
     for folder in unknown_folders(agent).await {
         match settle(agent, &folder).await {
-            Ok(Settled::Adopted(_) | Settled::Free) => {}
+            Ok(Settled::Adopted(_) | Settled::Free | Settled::Undying) => {}
             Ok(Settled::Held) => settled = false,
             Err(e) => {
                 settled = false;
@@ -87,6 +87,8 @@ pub(super) enum Settled {
     Free,
     /// Somebody may live there; perhaps he says who he is later.
     Held,
+    /// Its manager is dead, and something that it started does not die.
+    Undying,
 }
 
 /// Adopts the manager of a folder, or removes the folder when it is positively dead. Call it with
@@ -98,14 +100,29 @@ pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Sett
     match tenant.await.map_err(io::Error::other)?? {
         Tenant::None => Ok(Settled::Free),
         Tenant::Gone(file) => {
-            if let Some(file) = &file {
+            let before = lock(&agent.managers.undying).get(folder).copied();
+            if before.is_some_and(|undying| undying.next > Instant::now()) {
+                return Ok(Settled::Undying);
+            }
+            if let (Some(file), None) = (&file, before) {
                 // While its folder tells of it.
                 agent.manager_died_unseen(file).await;
             }
             let path = folder.to_owned();
             let buried = spawn_blocking(move || bury(&path, file.as_ref(), &cgroups, &name));
-            buried.await.map_err(io::Error::other)??;
-            Ok(Settled::Free)
+            let buried = buried.await.map_err(io::Error::other)?;
+            let mut undying = lock(&agent.managers.undying);
+            match buried {
+                Ok(()) => {
+                    undying.remove(folder);
+                    Ok(Settled::Free)
+                }
+                Err(e) => {
+                    undying.insert(folder.to_owned(), Undying::after(before));
+                    tracing::warn!("cannot remove {}: {e}", folder.display());
+                    Ok(Settled::Undying)
+                }
+            }
         }
         Tenant::Nameless => Ok(Settled::Held),
         Tenant::Lives(file) => {
@@ -128,7 +145,7 @@ fn adopt(
             name: s.name.clone(),
             uid: s.uid.clone(),
         }),
-        name: file.name,
+        name: file.name.clone(),
     };
     if folder.file_name().and_then(|n| n.to_str()) != Some(folder_id(&key).as_str()) {
         let message = format!("its file says that it is {}", key.display_name());
@@ -140,17 +157,17 @@ fn adopt(
     }
     let pidfd = PidFd::open(file.pid, Some(file.start_ticks))?;
     let pid = file.pid;
-    let identity = Identity {
+    let leader = identity(&file);
+    let name = Identity {
         key: key.clone(),
         incarnation: file.incarnation,
-        family: Family { pid, cgroup },
+        family: Family::new(leader, cgroup),
         folder: folder.to_owned(),
     };
-    let manager = Manager::new(agent, identity, None);
+    let manager = Manager::new(agent, name, None);
     let _ = manager.started.set(file.started);
     let exit = async move {
         pidfd.ended().await;
-        signal_group(pid, Signal::KILL);
         Exit::Unknown
     };
     agent.register(manager.clone(), Box::pin(exit));

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -55,7 +55,7 @@ pub(crate) enum StartManagerError {
     },
     /// The one before does not end.
     #[error(
-        "the manager {manager} that runs does not end, so no new one can start; look at its processes with `ps`"
+        "the manager {manager} that ran, or what it started, does not end, so no new one can start; look at its processes with `ps`"
     )]
     Ending {
         /// Display name.
@@ -160,11 +160,11 @@ impl Agent {
     ) -> Result<Arc<Manager>, StartManagerError> {
         let present = lock(&self.managers.live).get(key).cloned();
         if let Some(manager) = present {
-            if !manager.is_stopping() {
+            if manager.lives() && !manager.is_stopping() {
                 return Ok(manager);
             }
             // Never start the next one before the last one has freed its folder.
-            if timeout(LAST_END, manager.ended()).await.is_err() {
+            if !matches!(timeout(LAST_END, manager.ended_or_stuck()).await, Ok(true)) {
                 let manager = key.display_name();
                 return Err(StartManagerError::Ending { manager });
             }
@@ -175,7 +175,7 @@ impl Agent {
             folder: self.folders.manager(key),
             log: self.folders.manager_log(key),
         };
-        if let Some(manager) = self.prepare(&start.folder).await? {
+        if let Some(manager) = self.prepare(&start).await? {
             // A manager that an earlier agent had started. Should it say nothing, the steps that ask it say so.
             let _ = timeout(HELLO, manager.link.ready()).await;
             return Ok(manager);
@@ -190,8 +190,9 @@ impl Agent {
     /// Makes an empty run folder, unless its manager lives: then gives that one.
     async fn prepare(
         self: &Arc<Self>,
-        folder: &Path,
+        start: &Start,
     ) -> Result<Option<Arc<Manager>>, StartManagerError> {
+        let folder = start.folder.as_path();
         let end = Instant::now() + DESCRIBE + PAUSE;
         let failed = |source| StartManagerError::Folder {
             folder: folder.display().to_string(),
@@ -205,6 +206,10 @@ impl Agent {
                     Settled::Free => {
                         private_folder(folder).map_err(failed)?;
                         return Ok(None);
+                    }
+                    Settled::Undying => {
+                        let manager = start.key.display_name();
+                        return Err(StartManagerError::Ending { manager });
                     }
                     Settled::Held if Instant::now() < end => {}
                     Settled::Held => {
@@ -248,7 +253,7 @@ impl Agent {
             control,
             mut exit,
         } = launched;
-        let family = Family { pid, cgroup };
+        let family = Family::of_child(pid, cgroup);
         let manager = start.key.display_name();
         let log = || log_end(start.log.clone(), log_start);
         let control = control

@@ -52,7 +52,8 @@ fn lives(file: &ManagerFile) -> bool {
     Process::identified(&identity(file)).is_some()
 }
 
-fn identity(file: &ManagerFile) -> Identity {
+/// Who the manager is, or was.
+pub(super) fn identity(file: &ManagerFile) -> Identity {
     Identity {
         pid: file.pid,
         start_ticks: file.start_ticks,

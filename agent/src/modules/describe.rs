@@ -6,6 +6,8 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use rts_agent_api::messages::ModuleDescription;
+use rts_host::identity::Identity;
+use rts_host::process::signal_group_of;
 use rts_manager_api::control::ModuleInfo;
 use rustix::process::Signal;
 use tokio::io::AsyncReadExt;
@@ -14,7 +16,6 @@ use tokio::time::timeout;
 
 use crate::inventory::port;
 use crate::launch::environment;
-use crate::process::signal_group;
 
 /// How long a module may take.
 const LIMIT: Duration = Duration::from_secs(5);
@@ -63,7 +64,7 @@ pub(super) async fn describe(
         .kill_on_drop(true)
         .spawn()
         .map_err(failed)?;
-    let _group = Group(child.id());
+    let _group = Group(child.id().and_then(Identity::of));
     let (ok, out, err) = timeout(LIMIT, answer(&mut child))
         .await
         .map_err(|_| DescribeError::Late)?
@@ -97,12 +98,14 @@ async fn read(from: Option<impl tokio::io::AsyncRead + Unpin>) -> std::io::Resul
 }
 
 /// Kills the process group, however the question ends: a module may have started others.
-struct Group(Option<u32>);
+struct Group(Option<Identity>);
 
 impl Drop for Group {
     fn drop(&mut self) {
-        if let Some(pid) = self.0 {
-            signal_group(pid, Signal::KILL);
+        if let Some(leader) = &self.0
+            && let Err(e) = signal_group_of(leader, Signal::KILL)
+        {
+            tracing::warn!(pid = leader.pid, "cannot kill its process group: {e}");
         }
     }
 }

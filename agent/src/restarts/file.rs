@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::memory::{Component, Memory};
+use super::component::Component;
+use super::memory::Memory;
 
 /// Name in the state folder.
 const FILE: &str = "restarts.json";
@@ -29,22 +30,25 @@ pub(super) fn path(state: &Path) -> PathBuf {
     state.join(FILE)
 }
 
-/// What was remembered. A damaged file is put aside, with a warning: what it held is lost, but nothing else.
-pub(super) fn load(path: &Path, boot_id: Option<&str>) -> Memory {
-    match read(path) {
-        Ok(Some(contents)) => {
+/// What was remembered. A damaged file is put aside, with a warning: what it held is lost, but nothing else. One that
+/// cannot be read may hold what must not be forgotten: that is an error.
+pub(super) fn load(path: &Path, boot_id: Option<&str>) -> io::Result<Memory> {
+    let Some(text) = read(path)? else {
+        return Ok(Memory::default());
+    };
+    Ok(match parse(&text) {
+        Ok(contents) => {
             let rebooted = boot_id.is_none() || contents.boot_id.as_deref() != boot_id;
             Memory::of(contents.components, rebooted)
         }
-        Ok(None) => Memory::default(),
-        Err(e) => {
-            put_aside(path, &e);
+        Err(why) => {
+            put_aside(path, &why);
             Memory::default()
         }
-    }
+    })
 }
 
-fn read(path: &Path) -> io::Result<Option<Contents>> {
+fn read(path: &Path) -> io::Result<Option<Vec<u8>>> {
     let file = match std::fs::File::open(path) {
         Ok(file) => file,
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -52,16 +56,21 @@ fn read(path: &Path) -> io::Result<Option<Contents>> {
     };
     let mut text = Vec::new();
     file.take(MAX_FILE).read_to_end(&mut text)?;
-    let contents: Contents = serde_json::from_slice(&text)?;
-    if contents.version != VERSION {
-        let version = contents.version;
-        let reason = format!("it has format {version}, this agent knows {VERSION}");
-        return Err(io::Error::other(reason));
-    }
-    Ok(Some(contents))
+    Ok(Some(text))
 }
 
-fn put_aside(path: &Path, why: &io::Error) {
+fn parse(text: &[u8]) -> Result<Contents, String> {
+    let contents: Contents = serde_json::from_slice(text).map_err(|e| e.to_string())?;
+    if contents.version != VERSION {
+        let version = contents.version;
+        return Err(format!(
+            "it has format {version}, this agent knows {VERSION}"
+        ));
+    }
+    Ok(contents)
+}
+
+fn put_aside(path: &Path, why: &str) {
     let mut name = path.as_os_str().to_owned();
     name.push(".damaged");
     let aside = PathBuf::from(name);

@@ -58,6 +58,7 @@ fn spec(components: &[(&str, Policy)]) -> (NodeSpec, Policies) {
             components: components.iter().map(placed).collect(),
             connectors: Vec::new(),
             orders: Default::default(),
+            generation: 0,
         }],
     };
     let policies = Policies::of_spec(&spec);
@@ -142,10 +143,40 @@ fn what_is_stopped_or_deleted_does_not_die() {
     memory.gone(&system(), "N");
     memory.left("one");
     // An answer from before says nothing any more.
-    assert!(!memory.seen(&observed("one", 0)));
+    assert!(!memory.seen(&observed("one", 0), memory.told()));
     memory.died("one", Ended::Code(0), at(0), &policies);
     assert_eq!(held(&memory), [""; 0]);
     assert_eq!(memory.restarts(&system(), "A"), 0);
+}
+
+#[test]
+fn what_was_told_to_go_and_is_there_all_the_same_dies_with_its_process() {
+    let (_, policies) = spec(&[("A", NEVER)]);
+    let dies = |memory: &mut Memory| {
+        memory.died("one", Ended::Signal(9), at(0), &policies);
+        held(memory) == ["A"]
+    };
+    // It was said to be absent, and its manager says later that it is there.
+    let mut memory = living(&["A"]);
+    let before = memory.told();
+    memory.gone(&system(), "A");
+    assert!(!memory.seen(&observed("one", 0), before), "old news");
+    assert!(memory.seen(&observed("one", 0), memory.told()));
+    assert!(dies(&mut memory));
+    // While it is deleted nothing is believed; when that failed, it lives where it did.
+    let mut memory = living(&["A"]);
+    memory.leaving(&system(), "A");
+    assert!(!memory.seen(&observed("one", 0), memory.told()));
+    assert!(!dies(&mut memory.clone()));
+    memory.made(&system(), "A", "one");
+    assert!(dies(&mut memory));
+    // When that succeeded, an answer from before does not bring it back.
+    let mut memory = living(&["A"]);
+    memory.leaving(&system(), "A");
+    let before = memory.told();
+    memory.gone(&system(), "A");
+    assert!(!memory.seen(&observed("one", 0), before));
+    assert!(!dies(&mut memory));
 }
 
 #[test]
@@ -177,27 +208,27 @@ fn it_is_held_until_its_system_changes_or_it_is_there_again() {
         memory
     };
     let mut memory = dead();
-    memory.keep(&same, &policies);
-    assert!(!memory.seen(&observed("one", 0)));
+    memory.keep(&same, None, &policies);
+    assert!(!memory.seen(&observed("one", 0), memory.told()));
     assert_eq!(held(&memory), ["A"]);
     let (changed, policies) = spec(&[("A", NEVER), ("B", ALWAYS)]);
-    memory.keep(&changed, &policies);
+    memory.keep(&changed, Some(&same), &policies);
     assert_eq!(held(&memory), [""; 0]);
     assert_eq!(memory.restarts(&system(), "A"), 1, "the count goes on");
 
     let mut memory = dead();
-    assert!(memory.seen(&observed("two", 0)));
+    assert!(memory.seen(&observed("two", 0), memory.told()));
     assert_eq!(held(&memory), [""; 0]);
 
     let mut memory = dead();
     let none = NodeSpec::default();
-    memory.keep(&none, &Policies::of_spec(&none));
+    memory.keep(&none, None, &Policies::of_spec(&none));
     assert_eq!(held(&memory), [""; 0]);
     assert_eq!(memory.restarts(&system(), "A"), 0);
 }
 
 fn again(path: &Path, boot: &str) -> Memory {
-    load(path, Some(boot))
+    load(path, Some(boot)).unwrap()
 }
 
 #[test]
@@ -236,4 +267,37 @@ fn a_damaged_file_is_put_aside() {
     save(&path, Some("boot"), Vec::new()).unwrap();
     assert_eq!(again(&path, "boot").components(), []);
     assert!(path.exists());
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_an_error_and_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("restarts.json");
+    std::fs::create_dir(&path).unwrap();
+    assert!(load(&path, Some("boot")).is_err());
+    assert!(path.is_dir(), "it is not put aside");
+    let error = super::Restarts::load(folder.path()).unwrap_err();
+    assert!(error.to_string().contains("restarts.json"), "{error}");
+}
+
+#[test]
+fn the_same_system_in_other_words_pardons_nobody() {
+    let (spec, policies) = spec(&[("A", NEVER)]);
+    let mut memory = living(&["A"]);
+    memory.died("one", Ended::Signal(11), at(0), &policies);
+    // As the controller of another version writes it.
+    let part = std::collections::BTreeMap::from([("1".to_owned(), "other words".to_owned())]);
+    let other = Policies::of_parts(&spec, part);
+    let mut counted = spec.clone();
+    counted.systems[0].generation = 7;
+    memory.keep(&counted, Some(&spec), &other);
+    assert_eq!(held(&memory), ["A"]);
+    // After the next start of the agent, too.
+    memory.keep(&counted, None, &other);
+    assert_eq!(held(&memory), ["A"]);
+    // Applied again as it was, it is to be tried again.
+    let before = counted.clone();
+    counted.systems[0].generation = 8;
+    memory.keep(&counted, Some(&before), &policies);
+    assert_eq!(held(&memory), [""; 0]);
 }

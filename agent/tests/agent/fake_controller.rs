@@ -22,8 +22,10 @@ use crate::setup::PATIENCE;
 struct Ears {
     greetings: mpsc::UnboundedSender<SessionGreeting>,
     heartbeats: mpsc::UnboundedSender<Heartbeat>,
-    /// Status of the next answers to heartbeats; 404 once.
+    /// Status of the next answers to heartbeats; 404 once. 503 is answered to greetings too.
     answer: AtomicU16,
+    /// Greetings that were answered with 503.
+    in_vain: AtomicU16,
 }
 
 pub struct FakeController {
@@ -49,6 +51,7 @@ impl FakeController {
             greetings: greeted,
             heartbeats: beat,
             answer: AtomicU16::new(204),
+            in_vain: AtomicU16::new(0),
         });
         let router = axum::Router::new()
             .route(SESSIONS, post(greet))
@@ -80,6 +83,21 @@ impl FakeController {
     /// Answers heartbeats with 409 from now on.
     pub fn supersede(&self) {
         self.ears.answer.store(409, Ordering::SeqCst);
+    }
+
+    /// Answers everything with 503 from now on.
+    pub fn refuse(&self) {
+        self.ears.answer.store(503, Ordering::SeqCst);
+    }
+
+    /// Accepts everything from now on.
+    pub fn accept(&self) {
+        self.ears.answer.store(204, Ordering::SeqCst);
+    }
+
+    /// Greetings that it refused.
+    pub fn greeted_in_vain(&self) -> u16 {
+        self.ears.in_vain.load(Ordering::SeqCst)
     }
 
     pub async fn greeting(&self) -> SessionGreeting {
@@ -132,12 +150,20 @@ impl FakeController {
 async fn greet(
     State(ears): State<Arc<Ears>>,
     Json(greeting): Json<SessionGreeting>,
-) -> Json<SessionReply> {
+) -> Result<Json<SessionReply>, ProblemResponse> {
+    if ears.answer.load(Ordering::SeqCst) == 503 {
+        ears.in_vain.fetch_add(1, Ordering::SeqCst);
+        return Err(stuck());
+    }
     let _ = ears.greetings.send(greeting);
-    Json(SessionReply {
+    Ok(Json(SessionReply {
         cluster_uid: "cluster".to_owned(),
         epoch: 1,
-    })
+    }))
+}
+
+fn stuck() -> ProblemResponse {
+    Problem::unavailable("stuck", "nothing is decided").into()
 }
 
 async fn heartbeat(
@@ -149,6 +175,7 @@ async fn heartbeat(
             ears.answer.store(204, Ordering::SeqCst);
             Err(Problem::not_found("no such session").into())
         }
+        503 => Err(stuck()),
         409 => {
             let _ = ears.heartbeats.send(heartbeat);
             Err(Problem::conflict("superseded", "a newer session has taken over").into())

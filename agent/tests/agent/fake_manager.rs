@@ -191,7 +191,11 @@ impl Fake {
                 }
                 let info = component(request);
                 let incarnation = info.incarnation.clone();
+                let is_late = has(&info, "late");
                 components.insert(info.instance.clone(), info);
+                if is_late {
+                    return refused(FailureCode::Deadline, "on_initialize still runs");
+                }
                 return Ok(ResponseBody::Created { incarnation });
             }
             RequestBody::Bind(binding) => {
@@ -276,6 +280,9 @@ impl Fake {
                 return turn(components, &instance, "Inactive");
             }
             RequestBody::Delete { instance } => {
+                if components.get(&instance).is_some_and(|c| has(c, "stays")) {
+                    return refused(FailureCode::Deadline, "on_finalize still runs");
+                }
                 components.remove(&instance);
             }
             RequestBody::Inventory => {
@@ -312,6 +319,12 @@ fn note(notes: &Path, instance: &str) {
     writeln!(file.unwrap(), "{instance}").unwrap();
 }
 
+/// True when it has this parameter.
+fn has(component: &ComponentInfo, parameter: &str) -> bool {
+    let mut sets = component.sets.values();
+    sets.any(|set| set.contains_key(parameter))
+}
+
 /// What its parameter `busy` pretends: `on_execute 11900`.
 fn busy(component: &ComponentInfo) -> Option<Busy> {
     let mut values = component.sets.values();
@@ -329,7 +342,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         .open(&request.log_path)
         .unwrap();
     writeln!(log, "created {}", request.instance).unwrap();
-    ComponentInfo {
+    let mut info = ComponentInfo {
         incarnation: uuid::Uuid::new_v4().to_string(),
         recreate_hash: request.recreate_hash,
         on_disconnect: request.on_disconnect,
@@ -361,7 +374,9 @@ fn component(request: CreateRequest) -> ComponentInfo {
         instance: request.instance,
         type_name: request.type_name,
         system: request.system,
-    }
+    };
+    info.busy = busy(&info);
+    info
 }
 
 fn module(type_name: &str, path: &str) -> ModuleInfo {

@@ -1,9 +1,11 @@
 //! Healing without a controller.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_plan::desired::PlacedComponent;
 use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState, ManagerObserved};
 use rts_plan::place::digest;
 use rts_schemas::system::{Condition, OnHang, RestartPolicy};
@@ -246,4 +248,67 @@ async fn what_hangs_is_replaced_without_a_controller_and_not_for_ever() {
         "{:?}",
         end.held
     );
+}
+
+/// A node whose agent heals soon, with what `Sine0` is like.
+async fn healing(change: impl Fn(&mut PlacedComponent)) -> Node {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    let mut spec = hello_spec(1);
+    let systems = spec.spec.systems.iter_mut();
+    let components = systems.flat_map(|s| &mut s.components);
+    components
+        .filter(|placed| placed.spec.instance == "Sine0")
+        .for_each(change);
+    spec.digest = digest(&spec.spec);
+    node.agent.put_node_spec(&spec).await.unwrap();
+    node
+}
+
+#[tokio::test]
+async fn what_hangs_each_time_is_replaced_less_and_less_often() {
+    let node = healing(|sine| {
+        let busy = BTreeMap::from([("busy".to_owned(), "on_execute 99000".to_owned())]);
+        sine.spec.configuration.sets = BTreeMap::from([("default".to_owned(), busy)]);
+        sine.spec.policy.on_hang = OnHang::Restart;
+    })
+    .await;
+    let restarts = |inventory: &Inventory| {
+        let components = inventory.managers.iter().flat_map(|m| &m.components);
+        let filter = components.filter(|c| c.instance == "Filter0");
+        filter.map(|c| c.restarts).max().unwrap_or_default()
+    };
+    node.until(|i| restarts(i) >= 1).await;
+    // Its neighbour dies with it: after 0.5, 1, 2 and 4 s, give or take a fifth.
+    let end = tokio::time::Instant::now() + Duration::from_secs(6);
+    let mut most = 0;
+    while tokio::time::Instant::now() < end {
+        most = most.max(restarts(&node.agent.inventory().await.unwrap()));
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert!((2..=4).contains(&most), "{most} times");
+}
+
+#[tokio::test]
+async fn a_controller_that_accepts_nothing_gives_no_sign_of_life() {
+    let controller = FakeController::start().await;
+    let mut node = Node::with("", Some(controller.socket())).await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_secs(3));
+    node.start_again().await;
+    node.hello().await;
+    controller.heartbeat().await;
+    controller.refuse();
+    let refused = tokio::time::Instant::now();
+    let up = node.agent.inventory().await.unwrap();
+    kill(up.managers[1].pid, Signal::KILL);
+    node.until(|i| i.managers.len() == 1).await;
+    node.until(is_up).await;
+    // The last sign may have come a heartbeat before.
+    assert!(refused.elapsed() > Duration::from_millis(1500));
+    assert!(controller.greeted_in_vain() >= 2, "it goes on greeting");
+    controller.accept();
+    controller.greeting().await;
 }

@@ -150,6 +150,35 @@ async fn a_manager_that_hangs_is_shown_with_what_it_last_held_and_can_be_stopped
 }
 
 #[tokio::test]
+async fn of_a_process_that_dies_while_it_is_asked_only_the_death_is_told() {
+    let controller = FakeController::start().await;
+    let node = Node::with("", Some(controller.socket())).await;
+    node.hello().await;
+    let up = node.agent.inventory().await.unwrap();
+    // It is asked, and has no time to answer before it dies.
+    kill(up.managers[1].pid, Signal::STOP);
+    let asked = node.agent.inventory();
+    let dies = async {
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        kill(up.managers[1].pid, Signal::KILL);
+    };
+    let (asked, ()) = tokio::join!(asked, dies);
+    asked.unwrap();
+    let mut told = Vec::new();
+    let end = tokio::time::Instant::now() + Duration::from_millis(2500);
+    while tokio::time::Instant::now() < end {
+        let events = controller.heartbeat().await.events.into_iter();
+        told.extend(
+            events
+                .map(|e| e.reason)
+                .filter(|r| r.starts_with("Manager")),
+        );
+    }
+    told.retain(|reason| reason != "ManagerStarted");
+    assert_eq!(told, ["ManagerDied"]);
+}
+
+#[tokio::test]
 async fn a_controller_that_forgot_the_session_is_greeted_again_and_a_newer_session_ends_it() {
     let controller = FakeController::start().await;
     let node = Node::with("", Some(controller.socket())).await;

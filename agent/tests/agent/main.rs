@@ -15,6 +15,7 @@ mod life;
 mod node_spec;
 mod policies;
 mod real_manager;
+mod run_folder;
 mod session;
 mod setup;
 mod versions;

@@ -15,7 +15,8 @@ use rustix::process::Signal;
 use crate::agent_process::{AgentProcess, serving};
 use crate::fake_controller::FakeController;
 use crate::setup::{
-    Node, batch, component, hello_batch, hello_spec, kill, lives, manager, step, system,
+    Node, batch, component, create, hello_batch, hello_spec, kill, lives, load, manager,
+    start_manager, step, system,
 };
 
 /// The hello system, one of whose components has a policy.
@@ -144,6 +145,40 @@ async fn what_died_while_no_agent_watched_counts_and_what_was_stopped_does_not()
     agent.start_again().await;
     let stopped = all_up_for(&agent.node, "third", 2).await;
     assert_eq!(restarts(&stopped), [1, 1]);
+}
+
+#[tokio::test]
+async fn what_is_never_restarted_is_held_when_it_came_too_late_or_could_not_be_deleted() {
+    for parameter in ["late", "stays"] {
+        let node = Node::start().await;
+        let spec = spec_with(1, "Printer0", never());
+        node.agent.put_node_spec(&spec).await.unwrap();
+        let mut make = create(3, &[2], "Printer0", "Printer0", "Printer");
+        if let Work::Create { configuration, .. } = &mut make.work {
+            let set = BTreeMap::from([(parameter.to_owned(), String::new())]);
+            configuration.sets = BTreeMap::from([("default".to_owned(), set)]);
+        }
+        let delete = Work::Delete {
+            manager: manager("Printer0"),
+            instance: "Printer0".to_owned(),
+        };
+        let steps = vec![
+            start_manager(1, "Printer0"),
+            load(2, &[1], "Printer0", "Printer"),
+            make,
+            step(4, &[3], "component/Printer0", delete),
+        ];
+        let outcomes = node.outcomes(&batch("up", 1, steps)).await;
+        assert!(
+            outcomes.iter().any(|(_, o)| o.contains("still runs")),
+            "{outcomes:?}"
+        );
+        let up = node.agent.inventory().await.unwrap();
+        assert_eq!(component(&up, "Printer0").restarts, 0);
+        kill(process(&up, "Printer0").pid, Signal::KILL);
+        let dead = node.until(|i| i.managers.is_empty()).await;
+        assert_eq!(held(&dead), ["Printer0"], "{parameter}");
+    }
 }
 
 /// Makes all of the hello system.

@@ -264,6 +264,7 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
             connector("Filter0", "main", "Printer0", "Printer0"),
         ],
         orders: Default::default(),
+        generation: 0,
     };
     envelope(generation, vec![hello])
 }

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use rts_controller::restore::{check, restore};
+use rtsctl::error::chain;
 
 /// Keeps systems of RT-Components as they were applied
 #[derive(Debug, Parser)]
@@ -84,11 +85,10 @@ fn restored(command: Command) -> anyhow::Result<()> {
     } else {
         restore(&home, &file, take_over)
     };
-    let result = result.map_err(anyhow::Error::from);
     let line = match &result {
         Ok(report) => serde_json::to_string(report)?,
-        Err(error) => serde_json::json!({"error": format!("{error:#}")}).to_string(),
+        Err(error) => serde_json::json!({"error": chain(error)}).to_string(),
     };
     writeln!(std::io::stdout(), "{line}")?;
-    result.map(drop)
+    result.map(drop).map_err(|e| anyhow::anyhow!(chain(&e)))
 }

@@ -1,5 +1,7 @@
 //! `rtsctl apply`.
 
+mod partly;
+
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -8,6 +10,8 @@ use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
 use rts_controller_api::requests::ApplyResult;
 
+pub use self::partly::list_unfinished;
+use self::partly::{list_waiting, partly};
 use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -187,10 +191,8 @@ fn converged(
     took: Duration,
     session: &Session,
 ) -> Result<Exit, CliError> {
-    for waits in waiting {
-        session
-            .out
-            .warn(&format!("does not run: {}", progress::waits(waits)));
+    for text in progress::grouped(waiting, |_| String::new()) {
+        session.out.warn(&format!("does not run: {text}"));
     }
     let connectors = plural("connector", system.spec.connectors.len());
     session.out.result(&format!(
@@ -200,80 +202,4 @@ fn converged(
         took.as_secs_f64()
     ))?;
     Ok(Exit::Ok)
-}
-
-/// The error, with what is missing in few words.
-fn partly(system: &System, waiting: &[Waiting]) -> CliError {
-    let status = &system.status;
-    let mut required = waiting.iter().filter(|w| w.required);
-    let summary = if status.active < status.components {
-        format!(
-            "{} of {} components active",
-            status.active, status.components
-        )
-    } else if waiting.is_empty() {
-        "it is not healthy, and the controller does not say why".to_owned()
-    } else {
-        let targets: Vec<_> = required.clone().map(|w| w.target.as_str()).collect();
-        format!("not as it should be: {}", targets.join(", "))
-    };
-    CliError::Partly {
-        system: system.metadata.name.clone(),
-        summary,
-        target: required
-            .find(|w| w.target.starts_with("component/") || w.target.starts_with("connector/"))
-            .map(|w| w.target.clone()),
-    }
-}
-
-/// What a system is busy with, and what does not go on.
-pub fn list_unfinished(system: &System, session: &Session) {
-    for step in &system.status.progress.running {
-        let text = format!("{step} has not ended");
-        session.out.fault("", &text, None);
-    }
-    list_waiting(&system.status.waiting_on, session);
-}
-
-fn list_waiting(waiting: &[Waiting], session: &Session) {
-    for waits in waiting {
-        let tries = match waits.tries {
-            0 => String::new(),
-            1 => " (tried once)".to_owned(),
-            tries => format!(" (tried {tries} times)"),
-        };
-        let text = format!("{}{tries}", progress::waits(waits));
-        if waits.required {
-            session.out.fault("", &text, None);
-        } else {
-            session.out.warn(&text);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::show::samples;
-
-    #[test]
-    fn a_partial_apply_says_what_is_missing() {
-        let mut system = samples::system();
-        let waiting = Waiting {
-            target: "connector/A.o-B.i".to_owned(),
-            reason: "refused".to_owned(),
-            required: true,
-            transient: false,
-            tries: 1,
-            next_try: None,
-        };
-        let said = |system: &System, waiting: &[Waiting]| {
-            let error = partly(system, waiting);
-            format!("{}; {}", error.line(), error.help().unwrap())
-        };
-        insta::assert_snapshot!(said(&system, &[waiting]), @"system/hello is only partly applied: not as it should be: connector/A.o-B.i; the controller goes on trying: see `rtsctl describe connector/A.o-B.i`");
-        insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: it is not healthy, and the controller does not say why; the controller goes on trying: see `rtsctl describe system/hello`");
-        system.status.active = 2;
-        insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: 2 of 3 components active; the controller goes on trying: see `rtsctl describe system/hello`");
-    }
 }

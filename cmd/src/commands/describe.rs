@@ -26,7 +26,7 @@ pub struct Args {
 pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let (kind, name) = settle(args)?;
     let controller = session.connect().await?;
-    let scene = look(&controller).await?;
+    let scene = look(&controller, session).await?;
     let pages = describe::pages(kind, &name, &scene);
     if pages.is_empty() {
         let known = describe::names(kind, &scene);
@@ -66,9 +66,10 @@ pub fn kind_of(text: &str) -> Result<Kind, CliError> {
 }
 
 /// Everything that the pages draw from.
-async fn look(controller: &Controller) -> Result<Scene, CliError> {
+async fn look(controller: &Controller, session: &Session) -> Result<Scene, CliError> {
     Ok(Scene {
         now: Timestamp::now(),
+        lacks_agent: session.lacks_agent(),
         systems: list(controller, Kind::System).await?,
         nodes: list(controller, Kind::Node).await?,
         components: list(controller, Kind::Component).await?,

@@ -24,6 +24,8 @@ pub fn markdown() -> String {
     // Markdown would run the lines of the list together.
     let codes = format!("```text\n{EXIT_CODES}\n```");
     let text = text.replace(EXIT_CODES, &codes);
+    // A usage that was written by hand names the program, and so does what writes the page.
+    let text = text.replace("`rtsctl rtsctl ", "`rtsctl ");
     format!(
         "<!-- Written by `rtsctl docs`: do not edit. -->\n\n{}\n",
         text.trim_end()

@@ -10,7 +10,7 @@ use rts_agent_api::messages::LogQuery;
 
 use self::print::{Printer, print};
 use self::targets::find;
-use super::{duration, or_interrupted};
+use super::{duration, while_read};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
@@ -61,7 +61,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         out: session.out,
     };
     let all = print(&controller, &targets, &query, &printer);
-    or_interrupted(all, session, "").await
+    while_read(all, session).await
 }
 
 /// A time, or how long ago.

@@ -63,6 +63,21 @@ pub async fn or_interrupted<T>(
     }
 }
 
+/// Prints as things happen, until Ctrl-C, or until nobody reads it any more.
+pub async fn while_read<T>(
+    print: impl Future<Output = Result<T, CliError>>,
+    session: &Session,
+) -> Result<T, CliError> {
+    let print = async {
+        tokio::select! {
+            biased;
+            outcome = print => outcome,
+            unread = session.out.unread() => Err(unread),
+        }
+    };
+    or_interrupted(print, session, "").await
+}
+
 /// What is said when the waiting for a system ends before the controller does.
 pub fn goes_on(system: &str) -> String {
     format!(

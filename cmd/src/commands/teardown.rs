@@ -1,17 +1,19 @@
 //! `rtsctl teardown`.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use rts_controller_api::client::Controller;
-use rts_controller_api::objects::System;
+use rts_controller_api::objects::{Kind, Node, System};
 
 use super::apply::list_unfinished;
+use super::get::there_are;
 use super::{ask, can_ask, duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::Follower;
-use crate::local::plural;
+use crate::local::{LOCAL_NODE, plural};
 use crate::session::Session;
 use crate::show::progress::Progress;
 
@@ -42,6 +44,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let name = &args.name;
     let system = controller.system(name).await;
     let system = system.map_err(CliError::request(format!("find system/{name}")))?;
+    nodes_are_known(&args.forget_node, &system, &controller).await?;
     let components = plural("component", system.spec.components.len());
     if !args.yes {
         confirm(name, &components)?;
@@ -78,12 +81,40 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     }
 }
 
+/// A node that nobody has heard of is a slip of the pen.
+async fn nodes_are_known(
+    names: &[String],
+    system: &System,
+    controller: &Controller,
+) -> Result<(), CliError> {
+    if names.is_empty() {
+        return Ok(());
+    }
+    let list = controller.list::<Node>(Kind::Node).await;
+    let list = list.map_err(CliError::request("list nodes"))?;
+    let listed = list.items.into_iter().map(|node| node.metadata.name);
+    let left = system.status.tombstones.iter().cloned();
+    let known: BTreeSet<String> = listed.chain(left).collect();
+    match names.iter().find(|name| !known.contains(*name)) {
+        None => Ok(()),
+        Some(name) => Err(CliError::usage_help(
+            format!("node/{name} is not there"),
+            there_are(&known.into_iter().collect::<Vec<_>>()),
+        )),
+    }
+}
+
 /// Says which nodes could not be asked, and how to go on without them.
 fn out_of_reach(name: &str, nodes: &[String], session: &Session) {
     for node in nodes {
+        let up = if node == LOCAL_NODE && session.lacks_agent() {
+            "; `rtsctl up` starts its agent again"
+        } else {
+            ""
+        };
         session.out.stderr(&format!(
             "rtsctl: system/{name} has stopped but on node/{node}, which cannot be reached: its part is taken down when it \
-             comes back; `rtsctl teardown {name} --forget-node {node}` does without it"
+             comes back{up}; `rtsctl teardown {name} --forget-node {node}` does without it"
         ));
     }
 }

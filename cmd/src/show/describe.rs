@@ -1,10 +1,15 @@
 //! Pages about one object, as `kubectl describe` prints them.
 
 mod component;
+mod gone;
+mod manager;
+mod node;
 mod page;
 mod policy;
 #[cfg(test)]
 mod tests;
+
+use std::collections::BTreeSet;
 
 use jiff::Timestamp;
 use rts_controller_api::objects::{
@@ -12,16 +17,19 @@ use rts_controller_api::objects::{
 };
 
 use self::component::component;
+use self::manager::manager;
+use self::node::node;
 use self::page::Page;
 use super::age::age;
 use super::table::Table;
-use crate::commands::get::singular;
 
 /// Everything that there is, at one moment.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// When it was looked at.
     pub now: Timestamp,
+    /// The controller is the local one, and the agent of its node does not run.
+    pub lacks_agent: bool,
     /// Systems.
     pub systems: Vec<System>,
     /// Nodes.
@@ -79,37 +87,12 @@ pub fn pages(kind: Kind, name: &str, scene: &Scene) -> Vec<String> {
         }),
     };
     if there.is_empty() {
-        return gone(kind, name, scene)
+        return gone::gone(kind, name, scene)
             .map(Page::text)
             .into_iter()
             .collect();
     }
     there
-}
-
-/// What is not there but was, or should be: what is known of it.
-fn gone(kind: Kind, name: &str, scene: &Scene) -> Option<Page> {
-    let target = format!("{}/{name}", singular(kind));
-    let waiting: Vec<_> = scene
-        .systems
-        .iter()
-        .flat_map(|system| &system.status.waiting_on)
-        .filter(|waiting| waiting.target == target)
-        .collect();
-    let about = |event: &Event| event.spec.object == target;
-    if waiting.is_empty() && !scene.events.iter().any(about) {
-        return None;
-    }
-    let mut page = Page::default();
-    page.line("Name", name);
-    page.line("State", "not there");
-    page.line(
-        "Last exit",
-        policy::last_exit(&target, scene).unwrap_or_default(),
-    );
-    page.waiting(waiting.into_iter(), scene.now);
-    page.events(scene, about);
-    Some(page)
 }
 
 fn system(system: &System, scene: &Scene) -> Page {
@@ -129,6 +112,16 @@ fn system(system: &System, scene: &Scene) -> Page {
         page.line("Runs", step);
     }
     page.waiting(status.waiting_on.iter(), scene.now);
+    let own: Vec<_> = components_of(system, scene).collect();
+    let nodes: BTreeSet<_> = own.iter().map(|c| &c.status.node).collect();
+    for help in nodes.into_iter().filter_map(|n| node::help(n, scene)) {
+        page.line("Help", help);
+    }
+    for hangs in &own {
+        let name = &hangs.metadata.name;
+        let help = component::hang_help(hangs, scene).map(|help| format!("{name}: {help}"));
+        page.line("Help", help.unwrap_or_default());
+    }
     for note in &status.notes {
         page.line("Note", note);
     }
@@ -142,17 +135,25 @@ fn system(system: &System, scene: &Scene) -> Page {
             condition.status.clone(),
             condition.reason.clone(),
             age(Some(condition.last_transition_time), scene.now),
-            condition.message.clone(),
+            shorter(&condition.message, system),
         ]);
     }
     page.table("Conditions", &conditions);
-    let own = scene.components.iter();
-    page.table(
-        "Components",
-        &component_table(own.filter(|c| c.spec.system == spec.name)),
-    );
+    page.table("Components", &component_table(own.into_iter()));
     page.events(scene, |event| event.spec.system == spec.name);
     page
+}
+
+fn components_of<'a>(system: &'a System, scene: &'a Scene) -> impl Iterator<Item = &'a Component> {
+    let all = scene.components.iter();
+    all.filter(|c| c.spec.system == system.spec.name)
+}
+
+/// The message of a condition, unless it repeats what the page said before.
+fn shorter(message: &str, system: &System) -> String {
+    let mut waiting = system.status.waiting_on.iter();
+    let said = waiting.find(|w| format!("{}: {}", w.target, w.reason) == message);
+    said.map_or_else(|| message.to_owned(), |w| format!("waits for {}", w.target))
 }
 
 fn component_table<'a>(components: impl Iterator<Item = &'a Component>) -> Table {
@@ -167,39 +168,6 @@ fn component_table<'a>(components: impl Iterator<Item = &'a Component>) -> Table
         ]);
     }
     table
-}
-
-fn node(node: &Node, scene: &Scene) -> Page {
-    let mut page = Page::of(&node.metadata, None, scene);
-    let (name, status) = (&node.metadata.name, &node.status);
-    page.line("Endpoint", &node.spec.endpoint);
-    page.line("Aliases", node.spec.aliases.join(", "));
-    page.line("State", &status.state);
-    page.line("Reason", status.reason.clone().unwrap_or_default());
-    page.line("Message", status.message.clone().unwrap_or_default());
-    page.line(
-        "Last seen",
-        format!("{} ago", age(status.last_seen, scene.now)),
-    );
-    page.line(
-        "Agent",
-        format!("version {}, session {}", status.version, status.session),
-    );
-    let target = format!("node/{name}");
-    let waiting = scene.systems.iter().flat_map(|s| &s.status.waiting_on);
-    page.waiting(waiting.filter(|w| w.target == target), scene.now);
-    let mut managers = Table::new(&["NAME", "PID", "STATE", "COMPONENTS"]);
-    for manager in scene.managers.iter().filter(|m| m.status.node == *name) {
-        managers.row([
-            manager.metadata.name.clone(),
-            manager.status.pid.to_string(),
-            manager.status.state.clone(),
-            manager.status.components.join(","),
-        ]);
-    }
-    page.table("Managers", &managers);
-    page.events(scene, |event| event.spec.object == target);
-    page
 }
 
 fn connector(connector: &Connector, scene: &Scene) -> Page {
@@ -234,34 +202,6 @@ fn connector(connector: &Connector, scene: &Scene) -> Page {
     page.events(scene, |event| {
         event.spec.object == target && event.spec.system == spec.system
     });
-    page
-}
-
-fn manager(manager: &Manager, scene: &Scene) -> Page {
-    let (name, status) = (&manager.metadata.name, &manager.status);
-    let mut page = Page::of(&manager.metadata, status.started, scene);
-    page.line(
-        "System",
-        system_or_drift(&manager.spec.system, manager.spec.system.is_empty()),
-    );
-    page.line("Node", &status.node);
-    page.line("PID", status.pid.to_string());
-    page.line("State", &status.state);
-    page.line("Incarnation", &status.incarnation);
-    page.line("Modules", status.modules.join(", "));
-    let target = format!("manager/{name}");
-    page.line(
-        "Last exit",
-        policy::last_exit(&target, scene).unwrap_or_default(),
-    );
-    let waiting = scene.systems.iter().flat_map(|s| &s.status.waiting_on);
-    page.waiting(waiting.filter(|w| w.target == target), scene.now);
-    let inside = scene
-        .components
-        .iter()
-        .filter(|c| c.status.node == status.node && status.components.contains(&c.metadata.name));
-    page.table("Components", &component_table(inside));
-    page.events(scene, |event| event.spec.object == target);
     page
 }
 

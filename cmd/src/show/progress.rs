@@ -10,6 +10,9 @@ use crate::output::Output;
 /// Least time between two plain lines.
 const PAUSE: Duration = Duration::from_secs(1);
 
+/// Least length of a reason that is not said again, in bytes.
+const LONG: usize = 30;
+
 /// Shows how far a system is.
 #[derive(Debug)]
 pub struct Progress {
@@ -75,13 +78,53 @@ impl Drop for Progress {
 
 /// `component/Motor0: Create: no such file`; a reason that names its target again does so once.
 pub fn waits(waiting: &Waiting) -> String {
+    format!("{}: {}", waiting.target, reason(waiting))
+}
+
+/// The same of several. A reason that several have, with the same facts behind it, is said once; one that ends with the
+/// reason of another one names that instead.
+pub fn grouped<'a>(
+    waiting: impl IntoIterator<Item = &'a Waiting>,
+    facts: impl Fn(&Waiting) -> String,
+) -> Vec<String> {
+    let waiting: Vec<_> = waiting.into_iter().collect();
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for one in &waiting {
+        let why = shortened(reason(one), &waiting) + &facts(one);
+        match groups.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, targets)) => targets.push(&one.target),
+            None => groups.push((why, vec![&one.target])),
+        }
+    }
+    let lines = groups.into_iter();
+    lines
+        .map(|(why, targets)| format!("{}: {why}", targets.join(", ")))
+        .collect()
+}
+
+/// `Sine0 is not there: as component/Sine0`, where that one's reason is told as well.
+pub fn shortened(reason: String, all: &[&Waiting]) -> String {
+    let ends = |other: &&&Waiting| {
+        let rest = reason.strip_suffix(&other.reason);
+        other.reason.len() >= LONG && rest.is_some_and(|rest| rest.ends_with(": "))
+    };
+    // Of several the first one.
+    let longest = all.iter().rev().filter(ends);
+    let longest = longest.max_by_key(|w| w.reason.len());
+    match longest.and_then(|other| Some((reason.strip_suffix(&other.reason)?, &other.target))) {
+        Some((begin, target)) => format!("{begin}as {target}"),
+        None => reason,
+    }
+}
+
+fn reason(waiting: &Waiting) -> String {
     let (target, reason) = (&waiting.target, waiting.reason.as_str());
     let reason = reason
         .strip_prefix(&format!("{target}: "))
         .unwrap_or(reason);
     match reason.split_once(&format!(" {target}: ")) {
-        Some((verb, rest)) if !verb.contains(' ') => format!("{target}: {verb}: {rest}"),
-        _ => format!("{target}: {reason}"),
+        Some((verb, rest)) if !verb.contains(' ') => format!("{verb}: {rest}"),
+        _ => reason.to_owned(),
     }
 }
 
@@ -135,6 +178,36 @@ mod tests {
         assert_eq!(
             said("waits for component/R: it"),
             "component/R: waits for component/R: it"
+        );
+        let other = Waiting {
+            target: "component/S".to_owned(),
+            ..waiting("node n is of another store")
+        };
+        let all = [
+            waiting("node n is of another store"),
+            waiting("gone"),
+            other,
+        ];
+        let tries = |w: &Waiting| format!(" (tried {})", w.tries);
+        assert_eq!(
+            grouped(&all, tries),
+            [
+                "component/R, component/S: node n is of another store (tried 1)",
+                "component/R: gone (tried 1)"
+            ]
+        );
+        let end = Waiting {
+            target: "connector/R.o-S.i".to_owned(),
+            ..waiting("R is not there: node n is of another store and so on")
+        };
+        let same = Waiting {
+            target: "component/S".to_owned(),
+            ..waiting("node n is of another store and so on")
+        };
+        let all = [waiting("node n is of another store and so on"), same, end];
+        assert_eq!(
+            grouped(&all, |_| String::new())[1],
+            "connector/R.o-S.i: R is not there: as component/R"
         );
     }
 

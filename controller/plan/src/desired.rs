@@ -30,6 +30,10 @@ pub struct NodeSpec {
 pub struct NodeSystem {
     /// Which system.
     pub system: SystemRef,
+    /// Generation of the system that this part was cut from; 0 when it is not known. It tells which of two ledgers is
+    /// the newer one for this system.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub generation: u64,
     /// Components of this node.
     pub components: Vec<PlacedComponent>,
     /// Connectors with at least one end on this node.
@@ -41,10 +45,24 @@ pub struct NodeSystem {
 }
 
 impl NodeSystem {
-    /// SHA-256 over its JSON, hexadecimal: names the very text of this part.
+    /// SHA-256 over its JSON, hexadecimal: names the very text of this part, whatever the generation of its system.
     pub fn digest(&self) -> String {
-        crate::place::digest_of(self)
+        if self.generation == 0 {
+            return crate::place::digest_of(self);
+        }
+        crate::place::digest_of(&Self {
+            generation: 0,
+            ..self.clone()
+        })
     }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 /// A system's name and identity. A system that is deleted and applied again gets a new uid.

@@ -31,6 +31,9 @@ mod peers;
 mod take_down;
 
 pub use check::check_orders;
-pub use place::{NodeFacts, PlaceError, Placed, StoredSystem, digest, place};
+pub use place::{
+    NodeFacts, PlaceError, Placed, Settled, StoredSystem, digest, node_of_host, place,
+    place_settled,
+};
 pub use planner::plan;
 pub use render::{render, summary};

@@ -3,6 +3,8 @@
 //! A node that is named outright wins, then a host hint that matches a node, then the local node. Nothing is left for
 //! an executor to choose.
 
+mod nodes;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::names;
@@ -12,6 +14,9 @@ use sha2::{Digest, Sha256};
 use crate::desired::{
     Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
+
+pub use self::nodes::node_of_host;
+use self::nodes::{choose_nodes, hosts};
 
 /// Manager of components that name none.
 pub const DEFAULT_MANAGER: &str = "main";
@@ -36,6 +41,18 @@ pub struct StoredSystem {
     pub module_digests: BTreeMap<String, String>,
     /// Its end was asked for: it runs nothing any more.
     pub deleting: bool,
+}
+
+/// What was settled of a stored system when it was admitted; nothing is settled of one that is only looked at.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settled {
+    /// Its generation.
+    pub generation: u64,
+    /// Instance → node that was chosen. It holds until the system is admitted again, whatever hosts mean by then: a
+    /// node whose agent has not greeted yet is no reason to go elsewhere.
+    pub places: BTreeMap<String, String>,
+    /// Nodes that it ever ran on: when it goes, each of them is told so.
+    pub nodes: BTreeSet<String>,
 }
 
 /// Result of [`place`].
@@ -91,8 +108,18 @@ pub enum PlaceError {
     },
 }
 
-/// Places all systems.
+/// Places all systems, with nothing settled before.
 pub fn place(systems: &[StoredSystem], nodes: &[NodeFacts], local: &str) -> Placed {
+    place_settled(systems, nodes, local, &BTreeMap::new())
+}
+
+/// Places all systems. `settled` is by system uid.
+pub fn place_settled(
+    systems: &[StoredSystem],
+    nodes: &[NodeFacts],
+    local: &str,
+    settled: &BTreeMap<String, Settled>,
+) -> Placed {
     let mut placed = Placed::default();
     let names = nodes.iter().map(|n| n.name.as_str()).chain([local]);
     for name in names {
@@ -101,32 +128,13 @@ pub fn place(systems: &[StoredSystem], nodes: &[NodeFacts], local: &str) -> Plac
     let mut sorted: Vec<&StoredSystem> = systems.iter().collect();
     sorted.sort_by(|a, b| a.reference.cmp(&b.reference));
     let hosts = hosts(nodes, local);
+    let nothing = Settled::default();
     for system in &sorted {
-        place_system(&mut placed, system, &hosts, local);
+        let settled = settled.get(&system.reference.uid).unwrap_or(&nothing);
+        place_system(&mut placed, system, settled, &hosts, local);
     }
     find_clashes(&mut placed);
     placed
-}
-
-/// Host name, alias or node name, in lower case → node name.
-fn hosts(nodes: &[NodeFacts], local: &str) -> BTreeMap<String, String> {
-    let mut hosts = BTreeMap::from([(lower(local), local.to_owned())]);
-    for node in nodes {
-        for alias in &node.aliases {
-            hosts
-                .entry(lower(alias))
-                .or_insert_with(|| node.name.clone());
-        }
-    }
-    // Names last: a name beats another node's alias.
-    for node in nodes {
-        hosts.insert(lower(&node.name), node.name.clone());
-    }
-    hosts
-}
-
-fn lower(host: &str) -> String {
-    host.trim_end_matches('.').to_ascii_lowercase()
 }
 
 fn node_spec<'a>(desired: &'a mut Desired, node: &str) -> &'a mut NodeSpec {
@@ -142,10 +150,11 @@ fn node_spec<'a>(desired: &'a mut Desired, node: &str) -> &'a mut NodeSpec {
 fn place_system(
     placed: &mut Placed,
     system: &StoredSystem,
+    settled: &Settled,
     hosts: &BTreeMap<String, String>,
     local: &str,
 ) {
-    let nodes = choose_nodes(placed, system, hosts, local);
+    let nodes = choose_nodes(placed, system, settled, hosts, local);
     let managers = choose_managers(&system.spec, &nodes);
     let place_of = |end: &PortRef| -> Option<EndPlace> {
         Some(EndPlace {
@@ -153,15 +162,20 @@ fn place_system(
             manager: managers.get(end.instance.as_str())?.clone(),
         })
     };
+    let empty = || NodeSystem {
+        system: system.reference.clone(),
+        generation: settled.generation,
+        components: Vec::new(),
+        connectors: Vec::new(),
+        orders: system.spec.orders.clone(),
+    };
     let mut parts: BTreeMap<&str, NodeSystem> = BTreeMap::new();
+    if system.deleting {
+        parts.extend(settled.nodes.iter().map(|node| (node.as_str(), empty())));
+    }
     for component in &system.spec.components {
         let node = &nodes[component.instance.as_str()];
-        let part = parts.entry(node).or_insert_with(|| NodeSystem {
-            system: system.reference.clone(),
-            components: Vec::new(),
-            connectors: Vec::new(),
-            orders: system.spec.orders.clone(),
-        });
+        let part = parts.entry(node).or_insert_with(empty);
         if !system.deleting {
             let manager = managers[component.instance.as_str()].clone();
             part.components
@@ -175,71 +189,6 @@ fn place_system(
     }
     for (node, part) in parts {
         node_spec(&mut placed.desired, node).systems.push(part);
-    }
-}
-
-/// Instance → node.
-fn choose_nodes<'a>(
-    placed: &mut Placed,
-    system: &'a StoredSystem,
-    hosts: &BTreeMap<String, String>,
-    local: &str,
-) -> BTreeMap<&'a str, String> {
-    let known: Vec<String> = hosts
-        .values()
-        .cloned()
-        .collect::<BTreeSet<_>>()
-        .into_iter()
-        .collect();
-    let mut hinted: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let mut chosen = BTreeMap::new();
-    for component in &system.spec.components {
-        let placement = &component.placement;
-        let node = match (&placement.node, &placement.host) {
-            (Some(node), _) => {
-                if !known.contains(node) && !system.deleting {
-                    placed.problems.push(PlaceError::UnknownNode {
-                        system: system.reference.name.clone(),
-                        component: component.instance.clone(),
-                        node: node.clone(),
-                        known: known.clone(),
-                    });
-                }
-                node.clone()
-            }
-            (None, Some(host)) => {
-                hinted.entry(host).or_default().push(&component.instance);
-                hosts
-                    .get(&lower(host))
-                    .cloned()
-                    .unwrap_or_else(|| local.to_owned())
-            }
-            (None, None) => local.to_owned(),
-        };
-        chosen.insert(component.instance.as_str(), node);
-    }
-    if !system.deleting && !hinted.is_empty() {
-        let notes = hinted
-            .into_iter()
-            .map(|(host, instances)| host_note(host, &instances, hosts, local))
-            .collect();
-        placed.notes.insert(system.reference.name.clone(), notes);
-    }
-    chosen
-}
-
-fn host_note(
-    host: &str,
-    instances: &[&str],
-    hosts: &BTreeMap<String, String>,
-    local: &str,
-) -> String {
-    let instances = instances.join(", ");
-    match hosts.get(&lower(host)) {
-        Some(node) => format!("host {host} is node {node}: {instances}"),
-        None => {
-            format!("host {host} is no known node, so node {local} takes its place: {instances}")
-        }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::ledger::claim;
     post, path = "/v1/nodes/{node}/adopt", params(("node" = String, Path,)),
     responses(
         (status = 200, body = NodeClaimed), (status = 404, body = Problem),
-        (status = 409, description = "name-taken, instance-clash, would-restart, ledger-changed, stale-controller", body = Problem),
+        (status = 409, description = "name-taken, terminating, instance-clash, would-restart, ledger-changed, stale-controller", body = Problem),
         (status = 503, body = Problem), (status = 507, description = "The disk of the store is full", body = Problem)
     )
 )]

@@ -15,7 +15,10 @@ use crate::greet::{greet as take_greeting, heartbeat as take_heartbeat};
 #[utoipa::path(
     post, path = "/v1/nodes/{node}/sessions", params(("node" = String, Path,)),
     request_body = SessionGreeting,
-    responses((status = 200, body = SessionReply), (status = 409, body = Problem))
+    responses(
+        (status = 200, body = SessionReply), (status = 409, body = Problem),
+        (status = 503, description = "reconcile-stuck", body = Problem)
+    )
 )]
 pub async fn greet(
     State(app): State<App>,
@@ -32,7 +35,10 @@ pub async fn greet(
     post, path = "/v1/nodes/{node}/sessions/{session}/heartbeat",
     params(("node" = String, Path,), ("session" = String, Path,)),
     request_body = Heartbeat,
-    responses((status = 204), (status = 404, body = Problem), (status = 409, body = Problem))
+    responses(
+        (status = 204), (status = 404, body = Problem), (status = 409, body = Problem),
+        (status = 503, description = "reconcile-stuck", body = Problem)
+    )
 )]
 pub async fn heartbeat(
     State(app): State<App>,

@@ -42,7 +42,8 @@ pub async fn get(
     request_body = ApplyRequest,
     responses(
         (status = 200, body = ApplyResult), (status = 202, body = ApplyResult),
-        (status = 409, body = Problem), (status = 412, body = Problem), (status = 422, body = Problem),
+        (status = 409, body = Problem), (status = 412, body = Problem),
+        (status = 413, description = "too-large", body = Problem), (status = 422, body = Problem),
         (status = 503, body = Problem), (status = 507, description = "The disk of the store is full", body = Problem)
     )
 )]
@@ -72,7 +73,8 @@ pub async fn put(
     post, path = "/v1/systems/{name}/plan", params(("name" = String, Path,)),
     request_body = ApplyRequest,
     responses(
-        (status = 200, body = PlanResult), (status = 409, body = Problem), (status = 422, body = Problem),
+        (status = 200, body = PlanResult), (status = 409, body = Problem),
+        (status = 413, description = "too-large", body = Problem), (status = 422, body = Problem),
         (status = 503, body = Problem)
     )
 )]
@@ -82,7 +84,7 @@ pub async fn plan(
     Segments(name): Segments<String>,
     Json(request): Json<ApplyRequest>,
 ) -> Answer<Json<PlanResult>> {
-    let admitted = admit::admit(&app.core, &name, request).await?;
+    let admitted = admit::admit(&app.core, &name, &request).await?;
     Ok(Json(PlanResult {
         plan: admitted.plan,
         notes: admitted.notes,

@@ -1,5 +1,6 @@
 //! What the user said of a node whose ledger is another store's: adopt what runs there, or put our set in its place.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -7,7 +8,7 @@ use rts_agent_api::messages::LedgerFence;
 use rts_controller_api::Problem;
 use rts_controller_api::requests::{NodeClaimed, TakeOver};
 
-use super::import::{self, Import};
+use super::import::{self, Import, Refused};
 use super::{Standing, fence, settle};
 use crate::apply::{of_store, to_its_end};
 use crate::core::Core;
@@ -48,8 +49,7 @@ async fn adopt_now(core: &Arc<Core>, node: &str) -> Result<NodeClaimed, Problem>
         let _admission = core.admission.lock().await;
         let stored = core.registry().systems.clone();
         let import = import::add(&stored, &envelope.spec, core.clock.now());
-        let import = import.map_err(|taken| name_taken(node, &taken))?;
-        let import = settle::pin(core, import, &envelope);
+        let import = import.map_err(|why| not_added(node, &why))?;
         fits(core, node, &import, &envelope.spec)?;
         let committed = settle::commit(core, node, import, Vec::new()).await;
         committed.map_err(|e| of_store(&e))?;
@@ -128,7 +128,7 @@ fn fits(
     if let Some(clash) = clash {
         return Err(Problem::conflict("instance-clash", clash));
     }
-    let disturbed = import::disturbed(&placed, spec);
+    let disturbed = import::disturbed(import, &placed, spec);
     if disturbed.is_empty() {
         return Ok(());
     }
@@ -139,8 +139,16 @@ fn fits(
     Err(Problem::conflict("would-restart", detail))
 }
 
-/// Waits until the agent has stored this store's spec.
+/// Waits until the agent has stored this store's spec. What was not done in time is not done later.
 async fn ours(core: &Core, node: &str, session: &str) -> Result<(), Problem> {
+    let done = becomes_ours(core, node, session).await;
+    if done.is_err() {
+        core.sessions.unclaim(node, session);
+    }
+    done
+}
+
+async fn becomes_ours(core: &Core, node: &str, session: &str) -> Result<(), Problem> {
     let mut changes = core.sessions.subscribe();
     core.wake.notify_one();
     let wait = async {
@@ -183,12 +191,22 @@ fn changed(node: &str) -> Problem {
     )
 }
 
-fn name_taken(node: &str, taken: &std::collections::BTreeSet<String>) -> Problem {
-    let names = taken.iter().cloned().collect::<Vec<_>>().join(", ");
-    Problem::conflict(
-        "name-taken",
-        format!(
-            "node {node} runs {names}, and other systems have that name here; tear those down (`rtsctl teardown`), or use take-over"
+fn not_added(node: &str, why: &Refused) -> Problem {
+    let list = |names: &BTreeSet<String>| names.iter().cloned().collect::<Vec<_>>().join(", ");
+    match why {
+        Refused::Taken(names) => Problem::conflict(
+            "name-taken",
+            format!(
+                "node {node} runs {}, and other systems have that name here; tear those down (`rtsctl teardown`), or use take-over",
+                list(names)
+            ),
         ),
-    )
+        Refused::Ending(names) => Problem::conflict(
+            "terminating",
+            format!(
+                "node {node} takes down its part of {}, which lives here: to adopt it would end all of it; wait until that part is gone, or use take-over to have it run here",
+                list(names)
+            ),
+        ),
+    }
 }

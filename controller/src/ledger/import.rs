@@ -20,6 +20,17 @@ pub struct Import {
     pub adopted: BTreeSet<String>,
     /// Systems that are gone, or go, since the ledger no longer has them.
     pub dropped: BTreeSet<String>,
+    /// Systems of which the ledger has an older part than what is here.
+    pub older: BTreeSet<String>,
+}
+
+/// Why a ledger is not added.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Refused {
+    /// Other systems have these names here.
+    Taken(BTreeSet<String>),
+    /// It was being taken down there, and these systems live here.
+    Ending(BTreeSet<String>),
 }
 
 impl Import {
@@ -34,20 +45,22 @@ impl Import {
     }
 }
 
-/// Adds the systems of a ledger. Gives the names that other systems have here as an error.
-pub fn add(stored: &Records, spec: &NodeSpec, now: Timestamp) -> Result<Import, BTreeSet<String>> {
-    let other = |part: &&NodeSystem| {
-        let record = stored.get(&part.system.name);
-        record.is_some_and(|record| record.uid != part.system.uid)
+/// Adds the systems of a ledger, where nothing that is here suffers by it.
+pub fn add(stored: &Records, spec: &NodeSpec, now: Timestamp) -> Result<Import, Refused> {
+    let names = |what: &dyn Fn(&NodeSystem, &SystemRecord) -> bool| -> BTreeSet<String> {
+        let parts = spec.systems.iter().filter(|part| {
+            let record = stored.get(&part.system.name);
+            record.is_some_and(|record| what(part, record))
+        });
+        parts.map(|part| part.system.name.clone()).collect()
     };
-    let taken: BTreeSet<String> = spec
-        .systems
-        .iter()
-        .filter(other)
-        .map(|part| part.system.name.clone())
-        .collect();
+    let taken = names(&|part, record| record.uid != part.system.uid);
     if !taken.is_empty() {
-        return Err(taken);
+        return Err(Refused::Taken(taken));
+    }
+    let ending = names(&|part, record| part.components.is_empty() && record.deleted.is_none());
+    if !ending.is_empty() {
+        return Err(Refused::Ending(ending));
     }
     let mut import = Import {
         records: stored.clone(),
@@ -92,6 +105,9 @@ fn leave(import: &mut Import, old: &NodeSystem, new: Option<&NodeSystem>) {
     if record.uid != old.system.uid || record.deleted.is_some() {
         return;
     }
+    if new.is_some_and(|new| is_older(new, record)) {
+        return;
+    }
     let kept: BTreeSet<&str> = new
         .into_iter()
         .flat_map(|new| &new.components)
@@ -102,6 +118,10 @@ fn leave(import: &mut Import, old: &NodeSystem, new: Option<&NodeSystem>) {
     let before = spec.components.len();
     spec.components
         .retain(|c| !was(&c.instance) || kept.contains(c.instance.as_str()));
+    record.places.retain(|instance, _| {
+        let mut left = spec.components.iter();
+        left.any(|c| c.instance == *instance)
+    });
     let still = |connector: &str| {
         let connectors = new.into_iter().flat_map(|new| &new.connectors);
         connectors.into_iter().any(|c| c.spec.name == connector)
@@ -111,28 +131,27 @@ fn leave(import: &mut Import, old: &NodeSystem, new: Option<&NodeSystem>) {
     if spec.components.is_empty() && before > 0 && new.is_none() {
         import.records.remove(name);
         import.dropped.insert(name.clone());
-    } else if spec.components.len() != before {
+    } else if spec.components.len() != before && new.is_none_or(|new| new.generation == 0) {
         record.generation += 1;
     }
 }
 
-/// Takes one system's part in.
+/// Takes one system's part in, unless it is older than what is there.
 fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
     let name = &part.system.name;
     if part.components.is_empty() {
-        // It was being taken down, and that goes on.
-        if let Some(record) = import.records.get_mut(name)
-            && record.deleted.is_none()
-        {
-            record.deleted = Some(now);
-            import.dropped.insert(name.clone());
-        }
-        return;
+        return end(import, node, part, now);
     }
     let before = import.records.get(name).cloned();
+    if before.as_ref().is_some_and(|before| is_older(part, before)) {
+        import.older.insert(name.clone());
+        return;
+    }
     let mut record = before.clone().unwrap_or_else(|| fresh(part, now));
+    let mut places = record.places.clone();
     for placed in &part.components {
         let component = placed.spec.clone();
+        places.insert(component.instance.clone(), node.to_owned());
         let all = &mut record.spec.components;
         match all.iter_mut().find(|c| c.instance == component.instance) {
             Some(old) => *old = component,
@@ -144,6 +163,7 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
             None => drop(record.digests.remove(&type_name)),
         }
     }
+    record.settle(places);
     for placed in &part.connectors {
         let connector = placed.spec.clone();
         let all = &mut record.spec.connectors;
@@ -155,16 +175,48 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
     record.spec.orders.clone_from(&part.orders);
     record.nodes.insert(node.to_owned());
     if before.as_ref() != Some(&record) {
-        record.generation += 1;
+        grow(&mut record, part);
         import.adopted.insert(name.clone());
     }
     import.records.insert(name.clone(), record);
 }
 
+/// A part without components: its system was being taken down, and that goes on, in the order of its shutdown.
+fn end(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
+    let name = &part.system.name;
+    let record = import.records.entry(name.clone());
+    let record = record.or_insert_with(|| SystemRecord {
+        deleted: Some(now),
+        spec: SystemSpec {
+            orders: part.orders.clone(),
+            ..fresh(part, now).spec
+        },
+        ..fresh(part, now)
+    });
+    record.nodes.insert(node.to_owned());
+    if record.deleted.is_none() {
+        record.deleted = Some(now);
+        import.dropped.insert(name.clone());
+    }
+}
+
+/// A part whose age is not known is taken for the newest.
+fn is_older(part: &NodeSystem, record: &SystemRecord) -> bool {
+    part.generation > 0 && part.generation < record.generation
+}
+
+/// A record holds what its newest part says: parts of one generation are of one text.
+fn grow(record: &mut SystemRecord, part: &NodeSystem) {
+    record.generation = match part.generation {
+        0 => record.generation + 1,
+        generation => record.generation.max(generation),
+    };
+}
+
 fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
     SystemRecord {
         uid: part.system.uid.clone(),
-        generation: 0,
+        generation: part.generation,
         spec: SystemSpec {
             name: part.system.name.clone(),
             full_id: String::new(),
@@ -177,31 +229,18 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
         created: now,
         deleted: None,
         forgotten: BTreeSet::new(),
+        places: BTreeMap::new(),
+        left: BTreeMap::new(),
     }
 }
 
-/// Instances of a ledger that would go elsewhere: a name that meant this node does not mean it here.
-pub fn elsewhere(placed: &Placed, spec: &NodeSpec) -> Vec<(String, String)> {
+/// Instances of a ledger that would be made anew, or end: another node, another manager, another hash. What an older part
+/// has is another part's to say.
+pub fn disturbed(import: &Import, placed: &Placed, spec: &NodeSpec) -> Vec<String> {
     let here = placed.desired.nodes.get(&spec.node);
     let mut found = Vec::new();
-    for part in &spec.systems {
-        let now = here.and_then(|here| here.systems.iter().find(|s| s.system == part.system));
-        for component in &part.components {
-            let instance = &component.spec.instance;
-            let mut now = now.into_iter().flat_map(|now| &now.components);
-            if !now.any(|c| c.spec.instance == *instance) {
-                found.push((part.system.name.clone(), instance.clone()));
-            }
-        }
-    }
-    found
-}
-
-/// Instances of a ledger that would be made anew: another manager, another hash.
-pub fn disturbed(placed: &Placed, spec: &NodeSpec) -> Vec<String> {
-    let here = placed.desired.nodes.get(&spec.node);
-    let mut found = Vec::new();
-    for part in spec.systems.iter().filter(|p| !p.components.is_empty()) {
+    let newest = |part: &&NodeSystem| !import.older.contains(&part.system.name);
+    for part in spec.systems.iter().filter(newest) {
         let now = here.and_then(|here| here.systems.iter().find(|s| s.system == part.system));
         for component in &part.components {
             let mut now = now.into_iter().flat_map(|now| &now.components);

@@ -1,10 +1,11 @@
 //! Brings the store and the ledgers of agents together, where the store was restored or rolled back: what is newer wins.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope};
-use rts_schemas::system::Placement;
+use tokio::task::JoinSet;
 
 use super::import::{self, Import};
 use super::{Standing, fence};
@@ -16,30 +17,93 @@ use crate::view::Happening;
 /// Time for an agent to say what its ledger holds.
 const DEADLINE: Duration = Duration::from_secs(5);
 
-/// Settles what can be settled. Gives the nodes to which nothing may be sent, and why.
-pub async fn settle(core: &Core) -> BTreeMap<String, String> {
-    let mut fenced = BTreeMap::new();
-    for (node, standing) in Standing::all(core) {
-        let entry = core.sessions.get(&node).filter(|entry| !entry.lost);
-        let result = match (&standing, entry) {
-            (Standing::Overtaken(ledger), Some(entry)) => {
-                overtake(core, &node, &entry, ledger).await
-            }
-            (Standing::Ahead(ledger), Some(entry)) => adopt(core, &node, &entry, ledger).await,
-            _ => Ok(()),
-        };
-        if let Err(reason) = result {
-            tracing::warn!(
-                node,
-                reason,
-                "the node's ledger is newer and cannot be taken in"
-            );
-            fenced.insert(node, reason);
-        } else if let Some(message) = Standing::get(core, &node).message(core, &node) {
-            fenced.insert(node, message);
+/// Settles each node in a task of its own: an agent that does not answer holds up nobody but its node.
+pub struct Settling {
+    core: Arc<Core>,
+    tasks: JoinSet<(String, Result<(), String>)>,
+    /// Nodes with a task.
+    busy: BTreeSet<String>,
+    /// Why the last attempt failed, by node.
+    failed: BTreeMap<String, String>,
+}
+
+impl Settling {
+    /// Nothing is settled yet.
+    pub fn new(core: Arc<Core>) -> Self {
+        Self {
+            core,
+            tasks: JoinSet::new(),
+            busy: BTreeSet::new(),
+            failed: BTreeMap::new(),
         }
     }
-    fenced
+
+    /// Begins to settle what can be settled. Gives the nodes to which nothing may be sent, and why.
+    pub fn settle(&mut self) -> BTreeMap<String, String> {
+        self.collect();
+        let mut fenced = BTreeMap::new();
+        for (node, standing) in Standing::all(&self.core) {
+            let Some(message) = standing.message(&self.core, &node) else {
+                self.failed.remove(&node);
+                continue;
+            };
+            let reason = self.begin(&node, standing).unwrap_or(message);
+            fenced.insert(node, reason);
+        }
+        for node in &self.busy {
+            let doing = || "its ledger is being taken in".to_owned();
+            fenced.entry(node.clone()).or_insert_with(doing);
+        }
+        fenced
+    }
+
+    fn collect(&mut self) {
+        while let Some(joined) = self.tasks.try_join_next() {
+            let Ok((node, result)) = joined else { continue };
+            self.busy.remove(&node);
+            match result {
+                Ok(()) => drop(self.failed.remove(&node)),
+                Err(reason) => {
+                    tracing::warn!(
+                        node,
+                        reason,
+                        "the node's ledger is newer and cannot be taken in"
+                    );
+                    self.failed.insert(node, reason);
+                }
+            }
+        }
+        if self.tasks.is_empty() {
+            self.busy.clear();
+        }
+    }
+
+    /// Begins to settle a node, where that can be done and is not being done. Gives why it failed the last time.
+    fn begin(&mut self, node: &str, standing: Standing) -> Option<String> {
+        let entry = self.core.sessions.get(node).filter(|entry| !entry.lost);
+        let (Some(entry), Standing::Overtaken(_) | Standing::Ahead(_)) = (entry, &standing) else {
+            self.failed.remove(node);
+            return None;
+        };
+        let failed = self.failed.get(node).cloned();
+        if !self.busy.insert(node.to_owned()) {
+            return failed;
+        }
+        let (core, node) = (Arc::clone(&self.core), node.to_owned());
+        self.tasks.spawn(async move {
+            let result = match standing {
+                Standing::Overtaken(ledger) => overtake(&core, &node, &entry, &ledger).await,
+                Standing::Ahead(ledger) => adopt(&core, &node, &entry, &ledger).await,
+                _ => Ok(()),
+            };
+            // A failure is tried again with the next tick.
+            if result.is_ok() {
+                core.wake.notify_one();
+            }
+            (node, result)
+        });
+        failed
+    }
 }
 
 /// A restored store goes above every epoch that an agent has seen.
@@ -85,14 +149,14 @@ async fn adopt(
     let _admission = core.admission.lock().await;
     let stored = core.registry().systems.clone();
     let import = import::replace(&stored, &core.place(None), &envelope.spec, core.clock.now());
-    let import = pin(core, import, &envelope);
-    let disturbed = import::disturbed(&core.place_all(&import.records), &envelope.spec);
+    let placed = core.place_all(&import.records);
+    let disturbed = import::disturbed(&import, &placed, &envelope.spec);
     if !disturbed.is_empty() {
-        tracing::warn!(
-            node,
-            ?disturbed,
-            "these components are not placed as they run"
-        );
+        return Err(format!(
+            "the ledger of node {node} is newer than this store, and to take it in would restart {}: nothing is sent \
+             there; tear down what is in its way, or restore with --take-over",
+            disturbed.join(", ")
+        ));
     }
     let generation = NodeGeneration {
         epoch: ledger.epoch,
@@ -123,24 +187,6 @@ pub async fn fetch(core: &Core, node: &str, entry: &NodeEntry) -> Result<NodeSpe
         return Err("its agent tells a ledger that does not fit its digest or name".to_owned());
     }
     Ok(envelope)
-}
-
-/// Names the node outright where a component would go elsewhere now.
-pub fn pin(core: &Core, mut import: Import, envelope: &NodeSpecEnvelope) -> Import {
-    let placed = core.place_all(&import.records);
-    for (system, instance) in import::elsewhere(&placed, &envelope.spec) {
-        let record = import.records.get_mut(&system);
-        let components = record.map(|record| &mut record.spec.components);
-        for component in components.into_iter().flatten() {
-            if component.instance == instance {
-                component.placement = Placement {
-                    node: Some(envelope.spec.node.clone()),
-                    ..component.placement.clone()
-                };
-            }
-        }
-    }
-    import
 }
 
 /// Stores what was taken in, all of it or nothing, and tells. The caller holds [`Core::admission`].

@@ -19,6 +19,27 @@ pub fn target_of(key: &str) -> &str {
 #[derive(Debug, Default)]
 pub struct Backoff {
     targets: BTreeMap<String, Entry>,
+    /// What was brought up and not taken down: the name of its system, and when.
+    up: BTreeMap<Brought, (Option<String>, Instant)>,
+}
+
+/// Something that was brought up: a target of the system of this very uid, on a node.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Brought {
+    node: String,
+    uid: String,
+    target: String,
+}
+
+impl Brought {
+    /// Of a system's uid; empty for what belongs to none.
+    pub fn new(node: &str, uid: &str, target: &str) -> Self {
+        Self {
+            node: node.to_owned(),
+            uid: uid.to_owned(),
+            target: target.to_owned(),
+        }
+    }
 }
 
 /// A target that failed.
@@ -88,11 +109,26 @@ impl Backoff {
     pub fn forget_system(&mut self, system: &str) {
         self.targets
             .retain(|_, entry| entry.system.as_deref() != Some(system));
+        self.up
+            .retain(|_, (owner, _)| owner.as_deref() != Some(system));
+    }
+
+    /// Something was brought up.
+    pub fn came_up(&mut self, who: Brought, system: Option<String>, at: Instant) {
+        self.up.insert(who, (system, at));
+    }
+
+    /// It is no longer up. True when it was brought up not long ago.
+    pub fn went(&mut self, who: &Brought) -> bool {
+        let up = self.up.remove(who);
+        up.is_some_and(|(_, at)| at.elapsed() < RESET_AFTER)
     }
 
     /// Forgets what has been healthy long enough, and what is due and no longer wanted.
     pub fn tidy(&mut self) {
         let now = Instant::now();
+        self.up
+            .retain(|_, (_, at)| now.duration_since(*at) < RESET_AFTER);
         self.targets.retain(|_, entry| {
             let healthy = entry
                 .healthy_since

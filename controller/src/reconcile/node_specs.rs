@@ -1,6 +1,6 @@
 //! Gives every node its whole NodeSpec before any step: with a generation that is durable before it is sent.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,6 +9,7 @@ use rts_agent_api::messages::NodeSpecEnvelope;
 use rts_plan::Placed;
 use rts_plan::desired::{Desired, NodeSpec};
 
+use crate::admit;
 use crate::core::Core;
 use crate::fleet::Agent;
 use crate::ledger::fence;
@@ -48,6 +49,18 @@ impl NodeSpecs {
         (by == session && *generation == newest).then_some(*generation)
     }
 
+    /// Systems, by uid, of which a node that can be told has not stored the newest spec.
+    pub fn untold(&self, desired: &Desired, faults: &BTreeMap<String, String>) -> BTreeSet<String> {
+        let sessions = self.core.sessions.all();
+        let open = desired.nodes.iter().filter(|(node, _)| {
+            let live = sessions.get(*node).filter(|entry| !entry.lost);
+            let told = |id: &str| self.acked(node, id).is_some();
+            !faults.contains_key(*node) && live.is_some_and(|entry| !told(&entry.session.id))
+        });
+        let parts = open.flat_map(|(_, spec)| &spec.systems);
+        parts.map(|part| part.system.uid.clone()).collect()
+    }
+
     /// Remembers, durably, on which nodes each system runs, before anything is sent there.
     pub async fn note_nodes(&self, placed: &Placed) {
         let mut changed = Vec::new();
@@ -66,6 +79,14 @@ impl NodeSpecs {
                 }
             }
         }
+        let old = self.core.registry().systems.clone();
+        for record in old.values() {
+            if let Some(places) = admit::places_of_old(&self.core, placed, record) {
+                let mut record = record.clone();
+                record.places = places;
+                changed.push(record);
+            }
+        }
         for record in changed {
             let _admission = self.core.admission.lock().await;
             let present = self.core.registry().systems.get(record.name()).cloned();
@@ -74,6 +95,9 @@ impl NodeSpecs {
                 continue;
             };
             present.nodes.extend(record.nodes);
+            if present.places.is_empty() && present.generation == record.generation {
+                present.places = record.places;
+            }
             if let Err(e) = self.core.store_system(present).await {
                 tracing::error!(error = %crate::chain(&e), "a system's nodes cannot be stored");
             }
@@ -109,6 +133,8 @@ impl NodeSpecs {
                         .sessions
                         .stored(&sending.node, &sending.session, ledger);
                     settled(&self.core, &sending.node).await;
+                    // What it told before says nothing about the new spec.
+                    self.core.sessions.doubt(&sending.node);
                     let acked = (sending.session, sending.envelope.generation);
                     self.acked.insert(sending.node, acked);
                 }

@@ -4,19 +4,19 @@ use rts_agent_api::messages::StepOutcome;
 use rts_plan::plan::{Step, Work};
 use rts_plan::target;
 
-use super::deaths::Deaths;
+use super::deaths;
 use crate::core::Core;
 use crate::view::Happening;
 
 /// Takes in the end of a step. A failure for a generation that is not `current` any more holds nothing up.
-pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, deaths: &mut Deaths, current: bool) {
+pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, current: bool) {
     let key = target::on(&step.node, &step.target);
     let kind = step.work.kind();
     match outcome {
         StepOutcome::Succeeded => {
             core.metrics.step(kind, "succeeded");
             core.backoff().succeeded(&key);
-            deaths.succeeded(step);
+            deaths::succeeded(core, step);
             if let Some(event) = success(step) {
                 core.record(event);
             }

@@ -1,7 +1,7 @@
 //! The runs under way: one for each system, each a task of its own.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::messages::StepOutcome;
@@ -11,7 +11,6 @@ use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::Instant;
 
 use super::by_system::by_system;
-use super::deaths::Deaths;
 use super::node_specs::NodeSpecs;
 use super::{SLOW_TICK, Stamp, results};
 use crate::core::{Core, RunState};
@@ -29,7 +28,6 @@ const FRUITLESS: u32 = 3;
 /// The runs, by system uid; the empty one is for what belongs to no system.
 pub struct Runs {
     core: Arc<Core>,
-    deaths: Arc<Mutex<Deaths>>,
     tasks: JoinSet<Ended>,
     busy: BTreeMap<String, AbortHandle>,
     last: BTreeMap<String, Last>,
@@ -83,7 +81,6 @@ impl Last {
 
 struct Run {
     core: Arc<Core>,
-    deaths: Arc<Mutex<Deaths>>,
     key: String,
     plan: Plan,
     /// What the system was told to be when it was planned.
@@ -98,17 +95,11 @@ impl Runs {
     pub fn new(core: Arc<Core>) -> Self {
         Self {
             core,
-            deaths: Arc::default(),
             tasks: JoinSet::new(),
             busy: BTreeMap::new(),
             last: BTreeMap::new(),
             faults: BTreeMap::new(),
         }
-    }
-
-    /// What was brought up and when.
-    pub fn deaths(&self) -> MutexGuard<'_, Deaths> {
-        lock(&self.deaths)
     }
 
     /// True while there is one.
@@ -177,7 +168,6 @@ impl Runs {
             let absent = self.core.world().faults.clone();
             let run = Run {
                 core: Arc::clone(&self.core),
-                deaths: Arc::clone(&self.deaths),
                 key: key.clone(),
                 stamp: stamps.get(&key).copied(),
                 peers: self.peers(&plan, specs),
@@ -227,7 +217,7 @@ impl Run {
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
                         let current = self.is_current();
-                        results::take(&self.core, step, &outcome, &mut lock(&self.deaths), current);
+                        results::take(&self.core, step, &outcome, current);
                     }
                     dirty = true;
                     if !more {
@@ -275,8 +265,4 @@ impl Run {
         };
         self.core.world().runs.insert(self.key.clone(), state);
     }
-}
-
-fn lock(deaths: &Mutex<Deaths>) -> MutexGuard<'_, Deaths> {
-    deaths.lock().unwrap_or_else(PoisonError::into_inner)
 }

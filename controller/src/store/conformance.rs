@@ -23,6 +23,8 @@ fn record(name: &str, generation: u64) -> SystemRecord {
         created: Timestamp::UNIX_EPOCH,
         deleted: None,
         forgotten: [].into(),
+        places: [("A0".to_owned(), "local".to_owned())].into(),
+        left: [("A0".to_owned(), ["robot".to_owned()].into())].into(),
     }
 }
 

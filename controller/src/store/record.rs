@@ -30,12 +30,35 @@ pub struct SystemRecord {
     /// Nodes whose word its end does not need: somebody said that they will not come back.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub forgotten: BTreeSet<String>,
+    /// Instance → node that was chosen for it when this spec was admitted, or taken in.
+    #[serde(default)]
+    pub places: BTreeMap<String, String>,
+    /// Instance → nodes that it was moved away from and that were not seen without it since.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl SystemRecord {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.spec.name
+    }
+
+    /// Puts its components onto these nodes, and remembers where else they may still run.
+    pub fn settle(&mut self, places: BTreeMap<String, String>) {
+        for (instance, old) in &self.places {
+            if places.get(instance) != Some(old) {
+                let left = self.left.entry(instance.clone()).or_default();
+                left.insert(old.clone());
+            }
+        }
+        for (instance, node) in &places {
+            if let Some(left) = self.left.get_mut(instance) {
+                left.remove(node);
+            }
+        }
+        self.left.retain(|_, nodes| !nodes.is_empty());
+        self.places = places;
     }
 }
 

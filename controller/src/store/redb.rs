@@ -92,12 +92,24 @@ impl RedbStore {
     }
 }
 
-/// The epoch of the store in a file, whatever its version; none when it cannot be read.
-pub fn epoch_of(path: &Path) -> Option<u64> {
+/// Numbers that a store which replaces another must go above.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Numbers {
+    /// Its epoch.
+    pub epoch: u64,
+    /// No revision above this one was ever given out.
+    pub revisions: u64,
+}
+
+/// The numbers of the store in a file, whatever its version; none when it cannot be read.
+pub fn numbers_of(path: &Path) -> Option<Numbers> {
     let database = file::reopen(path).ok()?;
     let transaction = database.begin_read().ok()?;
     let meta = transaction.open_table(META).ok()?;
-    rows::get(&meta, EPOCH).ok()?
+    Some(Numbers {
+        epoch: rows::get(&meta, EPOCH).ok()?.unwrap_or(0),
+        revisions: rows::get(&meta, REVISIONS).ok()?.unwrap_or(0),
+    })
 }
 
 impl Store for RedbStore {

@@ -19,6 +19,9 @@ pub struct Change {
 /// The ring.
 pub struct Ring {
     size: usize,
+    /// Most bytes of all changes.
+    most: usize,
+    bytes: usize,
     /// Changes up to this revision are no longer here.
     forgotten: u64,
     changes: VecDeque<Arc<Change>>,
@@ -26,20 +29,25 @@ pub struct Ring {
 
 impl Ring {
     /// An empty ring that knows nothing of what happened up to `start`.
-    pub fn new(size: usize, start: u64) -> Self {
+    pub fn new(size: usize, most: usize, start: u64) -> Self {
         Self {
             size,
+            most,
+            bytes: 0,
             forgotten: start,
             changes: VecDeque::new(),
         }
     }
 
-    /// Appends a change and forgets the oldest one above the size.
+    /// Appends a change and forgets the oldest ones above the sizes; the newest stays, however large.
     pub fn push(&mut self, change: Arc<Change>) {
+        self.bytes += change.json.len();
         self.changes.push_back(change);
-        if self.changes.len() > self.size
-            && let Some(oldest) = self.changes.pop_front()
-        {
+        while self.changes.len() > self.size || (self.bytes > self.most && self.changes.len() > 1) {
+            let Some(oldest) = self.changes.pop_front() else {
+                break;
+            };
+            self.bytes -= oldest.json.len();
             self.forgotten = oldest.revision;
         }
     }
@@ -52,5 +60,36 @@ impl Ring {
         let from = self.changes.partition_point(|c| c.revision <= revision);
         let changes = self.changes.iter().skip(from);
         Some(changes.filter(|c| c.kind == kind).cloned().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(revision: u64, bytes: usize) -> Arc<Change> {
+        Arc::new(Change {
+            revision,
+            kind: Kind::System,
+            json: "x".repeat(bytes),
+        })
+    }
+
+    #[test]
+    fn few_large_changes_are_forgotten_like_many_small_ones() {
+        let mut ring = Ring::new(10, 100, 0);
+        for revision in 1..=4 {
+            ring.push(change(revision, 40));
+        }
+        assert_eq!((ring.changes.len(), ring.bytes), (2, 80));
+        assert!(ring.after(Kind::System, 1).is_none());
+        assert_eq!(ring.after(Kind::System, 2).map(|c| c.len()), Some(2));
+        ring.push(change(5, 1000));
+        assert_eq!((ring.changes.len(), ring.bytes), (1, 1000));
+        assert!(ring.after(Kind::System, 3).is_none());
+        for revision in 6..=20 {
+            ring.push(change(revision, 1));
+        }
+        assert_eq!((ring.changes.len(), ring.bytes), (10, 10));
     }
 }

@@ -38,6 +38,10 @@ pub struct State {
     /// Components that a step which is told to fail leaves in Error.
     pub in_error: BTreeSet<String>,
     pub silent: bool,
+    /// Questions that it never answers, though its heartbeats come.
+    pub deaf: BTreeSet<&'static str>,
+    /// A new spec ends what is held.
+    pub lets_go: bool,
     pub step_time: Duration,
     /// Steps that were carried out, as `KIND target`.
     pub done: Vec<String>,
@@ -111,6 +115,15 @@ impl FakeAgent {
 
     pub fn silence(&self, silent: bool) {
         self.state.lock().unwrap().silent = silent;
+    }
+
+    /// It does not answer this question any more, or does again.
+    pub fn deafen(&self, question: &'static str, deaf: bool) {
+        let all = &mut self.state.lock().unwrap().deaf;
+        match deaf {
+            true => all.insert(question),
+            false => all.remove(question),
+        };
     }
 
     pub fn is_silent(&self) -> bool {
@@ -220,6 +233,13 @@ impl FakeAgent {
         }
     }
 
+    async fn hears(&self, question: &str) {
+        let deaf = self.state.lock().unwrap().deaf.contains(question);
+        if deaf {
+            std::future::pending::<()>().await;
+        }
+    }
+
     async fn answer(&self) {
         if self.is_silent() {
             std::future::pending::<()>().await;
@@ -237,6 +257,7 @@ impl AgentApi for Handle {
 
     async fn node_spec(&self) -> Result<NodeSpecEnvelope, ClientError> {
         self.0.answer().await;
+        self.0.hears("ledger").await;
         let spec = self.0.state.lock().unwrap().spec.clone();
         spec.ok_or_else(|| Problem::not_found("it was told nothing yet").into())
     }
@@ -255,6 +276,10 @@ impl AgentApi for Handle {
             }
         }
         let changed = state.spec.as_ref() != Some(spec);
+        if changed && state.lets_go {
+            state.held.clear();
+            state.revision += 1;
+        }
         state.spec = Some(spec.clone());
         self.0
             .news
@@ -296,6 +321,7 @@ impl AgentApi for Handle {
         types: &[String],
     ) -> Result<Vec<ModuleResolution>, ClientError> {
         self.0.answer().await;
+        self.0.hears("modules").await;
         let state = self.0.state.lock().unwrap();
         let resolve = |name: &String| ModuleResolution {
             type_name: name.clone(),

@@ -5,6 +5,7 @@
 mod agent;
 mod carry_out;
 pub mod served;
+pub mod stores;
 pub mod systems;
 
 use std::collections::BTreeMap;
@@ -93,14 +94,7 @@ pub struct Cluster {
 
 impl Cluster {
     pub fn start(fleet: FakeFleet, store: MemoryStore) -> Self {
-        let core = Core::load(Inputs {
-            local_node: "local".into(),
-            clock: Arc::new(TestClock(tokio::time::Instant::now())),
-            rng: Arc::new(TestChance::default()),
-            fleet: Arc::new(fleet.clone()),
-            store: Arc::new(store.clone()),
-        })
-        .unwrap();
+        let core = core(&fleet, &store);
         let mut tasks = tokio::task::JoinSet::new();
         tasks.spawn(Reconciler::new(Arc::clone(&core)).run());
         tasks.spawn(rts_controller::expire_sessions(Arc::clone(&core)));
@@ -126,6 +120,12 @@ impl Cluster {
         let agent = Arc::clone(&self.fleet.0.lock().unwrap()[node]);
         let greeting = greeting(&agent, session);
         rts_controller::greet(&self.core, node, greeting).unwrap();
+        self.beats(node, session);
+    }
+
+    /// A session's heartbeats, until its node is silenced.
+    pub fn beats(&mut self, node: &str, session: &str) {
+        let agent = self.fleet.agent(node);
         let (core, node, session) = (Arc::clone(&self.core), node.to_owned(), session.to_owned());
         self.tasks.spawn(async move {
             loop {
@@ -218,6 +218,18 @@ impl Cluster {
     pub fn stored(&self) -> rts_controller::store::State {
         self.store.load().unwrap()
     }
+}
+
+/// A controller without its loop.
+pub fn core(fleet: &FakeFleet, store: &MemoryStore) -> Arc<Core> {
+    Core::load(Inputs {
+        local_node: "local".into(),
+        clock: Arc::new(TestClock(tokio::time::Instant::now())),
+        rng: Arc::new(TestChance::default()),
+        fleet: Arc::new(fleet.clone()),
+        store: Arc::new(store.clone()),
+    })
+    .unwrap()
 }
 
 pub fn greeting(agent: &FakeAgent, session: &str) -> SessionGreeting {

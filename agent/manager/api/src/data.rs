@@ -7,6 +7,13 @@
 //! A connection that is ended in order (disconnected, unbound, deleted, shut down) ends with a good-bye, after which
 //! its sender closes it: [`GOOD_BYE`] from the out-port end when [`DataReply::good_bye`] says that it is understood, one
 //! byte from the in-port end. An end without it is a loss.
+//!
+//! A manager of version 1 says no good-bye. [`DataHello::good_bye`] and [`DataReply::good_bye`] tell the other end so,
+//! but when its connection ends, nothing tells an order from a process that was killed: both are the end of the stream.
+//! Its peer takes it for lost, since a motor must rather stop too often than too seldom. Whoever orders a disconnection,
+//! deletion or shutdown at a manager of version 1 (its [`Hello::version`](crate::control::Hello::version)), and wants
+//! its peers to go on, closes the connection from their side first, which is no loss to either: `Unbind` where the
+//! peer has the in-port, `Disconnect` where it has the out-port.
 
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +43,9 @@ pub struct DataHello {
     pub data_type: String,
     /// Encoding of the payload (`cdr-le`).
     pub encoding: String,
+    /// The out-port end says [`GOOD_BYE`] before an orderly end. Since version 2.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub good_bye: bool,
 }
 
 /// Answer to [`DataHello`]. After an error the connection is closed.
@@ -44,7 +54,7 @@ pub struct DataHello {
 pub struct DataReply {
     /// Outcome.
     pub result: Result<(), crate::control::Failure>,
-    /// The in-port end understands [`GOOD_BYE`]. Since version 2.
+    /// The in-port end understands [`GOOD_BYE`], and says its own. Since version 2.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub good_bye: bool,
 }

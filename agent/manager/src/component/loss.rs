@@ -1,16 +1,20 @@
 //! What a component does when a connector's other end is lost (`rtsctl.onDisconnect`). It is decided and done here, with
 //! nobody else alive, on the component's own thread.
+//!
+//! One that is Active acts at once. One that is not stays so: the end of the connector itself remembers that it was lost,
+//! and while it does, the component is not activated. So an order to activate it that was given before the loss comes
+//! too late. The end is well again when it is connected again, and no more when it is disconnected or unbound.
 
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::Failure;
+use rts_manager_api::control::{Failure, FailureCode};
 use rts_schemas::system::OnDisconnect;
 
 use super::lifecycle::Transition;
 use super::run::Context;
 use super::{Component, Order, State};
 use crate::events::Events;
-use crate::failure::invalid;
+use crate::failure::{failure, invalid};
 use crate::log::Level;
 use crate::sync::lock;
 
@@ -31,12 +35,13 @@ pub struct Loss {
 
 impl Loss {
     fn reason(&self) -> String {
-        format!(
-            "connector {} lost its other end (rtsctl.onDisconnect: {})",
-            self.connector,
-            name(self.policy)
-        )
+        reason(&self.connector, self.policy)
     }
+}
+
+fn reason(connector: &str, policy: OnDisconnect) -> String {
+    let policy = name(policy);
+    format!("connector {connector} lost its other end (rtsctl.onDisconnect: {policy})")
 }
 
 /// Reads a policy of the protocol.
@@ -100,6 +105,27 @@ impl Component {
 }
 
 impl Context<'_> {
+    /// Refuses when it must not be Active, since a connector of it is lost.
+    pub fn check_peers(&self) -> Result<(), Failure> {
+        let component = self.component;
+        let policy = lock(&component.status).on_disconnect;
+        if policy == OnDisconnect::Keep {
+            return Ok(());
+        }
+        let incarnation = &component.identity.incarnation;
+        let lost = component
+            .lost_connector()
+            .or_else(|| self.manager.bindings.lost_of(incarnation));
+        lost.map_or(Ok(()), |connector| {
+            let reason = reason(&connector, policy);
+            let message = format!(
+                "{}: {reason}; it can be activated when that connector is connected again or removed",
+                component.identity.instance
+            );
+            Err(failure(FailureCode::ComponentFailed, message))
+        })
+    }
+
     /// Acts on a loss, if there is one. True when the component is to be stopped for it.
     pub fn attend(&mut self) -> bool {
         let Some(loss) = lock(&self.component.loss).clone() else {
@@ -108,10 +134,12 @@ impl Context<'_> {
         let stops = loss.policy == OnDisconnect::Stop;
         if stops {
             self.tell_loss(&format!("stopped: {}", loss.reason()));
-        } else if self.component.state() == State::Active {
+        } else {
             self.component.log.write(Level::Warn, &loss.reason());
             // A callback that fails leads to Error, with its own reason.
-            if self.transition(Transition::Deactivate).is_ok() {
+            if self.component.state() == State::Active
+                && self.transition(Transition::Deactivate).is_ok()
+            {
                 self.tell_loss(&format!("deactivated: {}", loss.reason()));
             }
         }

@@ -261,6 +261,14 @@ impl Component {
             .find(|connector| connector.request.connector == name)
     }
 
+    /// The name of a connector of it that lost its other end.
+    fn lost_connector(&self) -> Option<String> {
+        self.out_ports()
+            .flat_map(OutPort::connectors)
+            .find(|connector| connector.is_lost())
+            .map(|connector| connector.request.connector.clone())
+    }
+
     /// Takes out the connectors that `which` names.
     pub fn take_connectors(&self, which: impl Fn(&Arc<Connector>) -> bool) -> Vec<Arc<Connector>> {
         self.out_ports()

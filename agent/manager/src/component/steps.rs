@@ -31,6 +31,7 @@ impl Context<'_> {
         };
         let starts = then == State::Active;
         if starts {
+            self.check_peers()?;
             self.forget_samples();
         }
         match self.instance.callback(number) {

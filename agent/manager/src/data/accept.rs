@@ -11,7 +11,7 @@ use rts_manager_api::net::Timed;
 
 use super::binding::{Bindings, End};
 use super::receive::receive;
-use super::{ENCODING, Ended, Parting};
+use super::{ENCODING, Ended};
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
 use crate::manager::Manager;
@@ -42,10 +42,10 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, manager: &Manager) {
         .map_err(|e| e.to_string())
         .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()));
     let ended = match &agreed {
-        Ok(()) => receive(stream, &end.port, &source),
+        Ok(()) => receive(stream, &end.port, &source, hello.good_bye),
         Err(reason) => Ended::Lost(reason.clone()),
     };
-    if !end.port.close(&source, Parting::Loss) {
+    if !end.port.close(&source, ended.parting()) {
         return;
     }
     if let Ended::Lost(reason) = &ended {

@@ -98,6 +98,12 @@ impl End {
             .is_some_and(|source| source.is_direct())
     }
 
+    /// True when its source was lost, until another one takes its place.
+    pub fn is_lost(&self) -> bool {
+        let link = lock(&self.link);
+        link.source.as_ref().is_some_and(|source| source.is_lost())
+    }
+
     /// What the inventory shows.
     pub fn info(&self) -> BindingInfo {
         let source = lock(&self.link).source.clone();
@@ -161,6 +167,14 @@ impl Bindings {
             .collect()
     }
 
+    /// A connector of a component whose source was lost.
+    pub fn lost_of(&self, incarnation: &str) -> Option<String> {
+        lock(&self.0)
+            .values()
+            .find(|end| end.incarnation == incarnation && end.is_lost())
+            .map(|end| end.binding.connector.clone())
+    }
+
     /// All ends.
     pub fn all(&self) -> Vec<Arc<End>> {
         lock(&self.0).values().cloned().collect()
@@ -194,6 +208,32 @@ mod tests {
         assert_eq!(bindings.all().len(), 1);
         assert_eq!(bindings.remove_of("i1").len(), 1);
         assert!(bindings.find("c").is_none());
+    }
+
+    #[test]
+    fn a_lost_end_stays_lost_until_it_is_opened_again_or_removed() {
+        let (bindings, events) = (Bindings::default(), Events::default());
+        let bind = || bindings.add(end("in", "i1"), &events, || Ok(())).unwrap();
+        let lost = || bindings.lost_of("i1");
+        let bound = bind();
+        assert_eq!(lost(), None, "it never had a source");
+        let source = bound.open(None, &events).unwrap();
+        bound.port.close(&source, Parting::Loss);
+        bind();
+        assert_eq!(
+            lost().as_deref(),
+            Some("c"),
+            "bound again is not opened again"
+        );
+        assert_eq!(bindings.lost_of("i2"), None);
+        let source = bound.open(None, &events).unwrap();
+        assert_eq!(lost(), None);
+        bound.port.close(&source, Parting::GoodBye);
+        assert_eq!(lost(), None, "an order is no loss");
+        let source = bound.open(None, &events).unwrap();
+        bound.port.close(&source, Parting::Loss);
+        bindings.remove("c");
+        assert_eq!(lost(), None);
     }
 
     #[test]

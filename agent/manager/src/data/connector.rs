@@ -16,6 +16,8 @@ use crate::sync::lock;
 pub struct Connector {
     /// As given.
     pub request: ConnectRequest,
+    /// The one whose place it takes had lost its other end.
+    pub replaces_lost: bool,
     link: Mutex<Link>,
     sent: AtomicU64,
     bytes: AtomicU64,
@@ -36,14 +38,14 @@ pub enum Link {
     },
     /// Over a socket.
     Socket(Arc<Outbox>),
-    /// It ended.
-    Closed,
+    /// It ended, and how.
+    Closed(Parting),
 }
 
 impl Link {
     fn close(&self, parting: Parting) {
         match self {
-            Self::Connecting | Self::Closed => {}
+            Self::Connecting | Self::Closed(_) => {}
             Self::Direct { port, source } => {
                 port.close(source, parting);
             }
@@ -54,9 +56,10 @@ impl Link {
 
 impl Connector {
     /// One that is being connected.
-    pub fn new(request: ConnectRequest) -> Self {
+    pub fn new(request: ConnectRequest, replaces_lost: bool) -> Self {
         Self {
             request,
+            replaces_lost,
             link: Mutex::new(Link::Connecting),
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
@@ -78,9 +81,9 @@ impl Connector {
 
     /// Closes it; true when it was not closed before.
     pub fn close(&self, parting: Parting) -> bool {
-        let former = std::mem::replace(&mut *lock(&self.link), Link::Closed);
+        let former = std::mem::replace(&mut *lock(&self.link), Link::Closed(parting));
         former.close(parting);
-        !matches!(former, Link::Closed)
+        !matches!(former, Link::Closed(_))
     }
 
     /// Sends a sample when it is connected.
@@ -100,7 +103,7 @@ impl Connector {
                 let drops = outbox.push(sequence, payload.clone(), count);
                 self.drops.fetch_add(drops, Ordering::Relaxed);
             }
-            Link::Connecting | Link::Closed => {}
+            Link::Connecting | Link::Closed(_) => {}
         }
     }
 
@@ -110,7 +113,17 @@ impl Connector {
             Link::Connecting => "Connecting",
             Link::Direct { source, .. } if source.is_open() => "Connected",
             Link::Socket(_) => "Connected",
-            Link::Direct { .. } | Link::Closed => "Disconnected",
+            Link::Direct { .. } | Link::Closed(_) => "Disconnected",
+        }
+    }
+
+    /// True when its other end was lost, until it is connected again.
+    pub fn is_lost(&self) -> bool {
+        match &*lock(&self.link) {
+            Link::Connecting => self.replaces_lost,
+            Link::Direct { source, .. } => source.is_lost(),
+            Link::Socket(_) => false,
+            Link::Closed(parting) => *parting == Parting::Loss,
         }
     }
 

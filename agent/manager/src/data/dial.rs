@@ -41,6 +41,7 @@ pub fn dial(
         incarnation: request.target_incarnation.clone(),
         data_type: data_type.to_owned(),
         encoding: ENCODING.to_owned(),
+        good_bye: true,
     };
     let peer_failed = |what: &str, error: FrameError| {
         failure(

@@ -34,6 +34,20 @@ pub enum Ended {
     Lost(String),
 }
 
+impl Ended {
+    /// How this side closes it for that.
+    pub fn parting(&self) -> Parting {
+        match self {
+            Self::Here | Self::GoodBye => Parting::GoodBye,
+            Self::Lost(_) => Parting::Loss,
+        }
+    }
+}
+
+/// Seen of the end of a connection whose other side does not know good-byes.
+const SILENT_END: &str = "the other end closed the connection, and speaks version 1 of the protocol: it cannot say \
+                          whether that was ordered";
+
 /// The payload of a sample, shared by all connectors that it goes to.
 pub type Payload = bytes::Bytes;
 

@@ -14,7 +14,7 @@ use rustix::net::{RecvFlags, SendFlags};
 
 use super::budget;
 use super::queue::Queue;
-use super::{Ended, Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH};
+use super::{Ended, Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH, SILENT_END};
 use crate::sync::lock;
 
 /// Small samples are gathered into writes of about this size.
@@ -109,6 +109,7 @@ impl Outbox {
         let mut byte = [0];
         match rustix::net::recv(&self.stream, &mut byte, RecvFlags::DONTWAIT) {
             Ok((1.., _)) => Ended::GoodBye,
+            _ if !self.good_bye => Ended::Lost(SILENT_END.to_owned()),
             _ => Ended::Lost(otherwise.to_owned()),
         }
     }
@@ -215,7 +216,7 @@ mod tests {
         let source = Arc::new(Source::new(None));
         let receiver = thread::spawn({
             let (port, source) = (Arc::clone(&port), Arc::clone(&source));
-            move || receive(&right, &port, &source)
+            move || receive(&right, &port, &source, true)
         });
         let sizes = [0, 10, 40_000, 1 << 20, 1, 32_767, 32_768, 65_536];
         for (sequence, size) in (1..).zip(sizes) {
@@ -263,6 +264,14 @@ mod tests {
             Ended::GoodBye
         );
         assert!(matches!(ended(|_| ()), Ended::Lost(_)));
+    }
+
+    #[test]
+    fn the_end_of_one_that_says_no_good_bye_is_a_loss_that_says_so() {
+        let (left, right) = UnixStream::pair().unwrap();
+        let outbox = Outbox::new(left, false).unwrap();
+        drop(right);
+        assert_eq!(outbox.send(), Ended::Lost(SILENT_END.to_owned()));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use rts_manager_api::data::{GOOD_BYE, MAX_SAMPLE};
 
 use super::in_port::InPort;
 use super::source::Source;
-use super::{Ended, Payload};
+use super::{Ended, Payload, SILENT_END};
 
 /// Memory for a sample is taken in steps of this size as its bytes arrive, not on the word of its sender.
 const STEP: usize = 64 * 1024;
@@ -22,8 +22,8 @@ enum Message {
     End,
 }
 
-/// Moves samples into an in-port until the connection ends; says why it did.
-pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>) -> Ended {
+/// Moves samples into an in-port until the connection ends; says why it did. `good_bye`: the other end says one.
+pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>, good_bye: bool) -> Ended {
     let mut reader = BufReader::with_capacity(STEP, stream);
     loop {
         match message(&mut reader) {
@@ -34,7 +34,8 @@ pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>) -> Ende
             }
             Ok(Message::GoodBye) => return Ended::GoodBye,
             Ok(Message::End) => {
-                return Ended::Lost("its source closed without a good-bye".to_owned());
+                let silent = "its source closed without a good-bye";
+                return Ended::Lost(if good_bye { silent } else { SILENT_END }.to_owned());
             }
             Err(error) => return Ended::Lost(error.to_string()),
         }
@@ -91,6 +92,20 @@ mod tests {
         assert_eq!(next(), Message::Sample(2, Payload::new()));
         assert_eq!(next(), Message::GoodBye);
         assert_eq!(next(), Message::End);
+    }
+
+    #[test]
+    fn an_end_without_a_good_bye_is_a_loss_also_when_none_can_be_said() {
+        for (good_bye, expected) in [
+            (true, "its source closed without a good-bye"),
+            (false, SILENT_END),
+        ] {
+            let (ours, theirs) = UnixStream::pair().unwrap();
+            drop(theirs);
+            let port = InPort::new("in", "T");
+            let ended = receive(&ours, &port, &Arc::new(Source::new(None)), good_bye);
+            assert_eq!(ended, Ended::Lost(expected.to_owned()));
+        }
     }
 
     #[test]

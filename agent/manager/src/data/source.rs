@@ -3,7 +3,7 @@
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use rustix::net::SendFlags;
 
@@ -16,12 +16,19 @@ pub struct Source {
     /// The socket that it comes from, until it is closed; a dead source must hold no file descriptor.
     stream: Mutex<Option<UnixStream>>,
     direct: bool,
-    open: AtomicBool,
+    /// One of the three below.
+    state: AtomicU8,
     next: AtomicU64,
     received: AtomicU64,
     drops: AtomicU64,
     gaps: AtomicU64,
 }
+
+const OPEN: u8 = 0;
+/// Closed by an order.
+const CLOSED: u8 = 1;
+/// Closed by the loss of its other end.
+const LOST: u8 = 2;
 
 /// Counters of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,7 +47,7 @@ impl Source {
         Self {
             direct: stream.is_none(),
             stream: Mutex::new(stream),
-            open: AtomicBool::new(true),
+            state: AtomicU8::new(OPEN),
             next: AtomicU64::new(1),
             received: AtomicU64::new(0),
             drops: AtomicU64::new(0),
@@ -50,7 +57,12 @@ impl Source {
 
     /// False once it was closed.
     pub fn is_open(&self) -> bool {
-        self.open.load(Ordering::Acquire)
+        self.state.load(Ordering::Acquire) == OPEN
+    }
+
+    /// True once it was lost, and not closed by an order.
+    pub fn is_lost(&self) -> bool {
+        self.state.load(Ordering::Acquire) == LOST
     }
 
     /// True when both ends are in this process.
@@ -58,10 +70,15 @@ impl Source {
         self.direct
     }
 
-    /// Closes it; true when it was open. For the in-port, which then lets its samples go.
+    /// Closes it; true when it was open. The first reason stays. For the in-port, which then lets its samples go.
     pub(super) fn close(&self, parting: Parting) -> bool {
         // First: the other end answers a good-bye by closing, which must not look like a loss here.
-        let was_open = self.open.swap(false, Ordering::AcqRel);
+        let state = match parting {
+            Parting::GoodBye => CLOSED,
+            Parting::Loss => LOST,
+        };
+        let (done, or) = (Ordering::AcqRel, Ordering::Acquire);
+        let was_open = self.state.compare_exchange(OPEN, state, done, or).is_ok();
         if let Some(stream) = lock(&self.stream).take() {
             if parting == Parting::GoodBye {
                 // Nothing else is ever sent there, so there is room.
@@ -120,5 +137,6 @@ mod tests {
         assert_eq!(theirs.read(&mut [0]).unwrap(), 0);
         assert!(lock(&source.stream).is_none());
         assert!(!source.is_direct());
+        assert!(source.is_lost());
     }
 }

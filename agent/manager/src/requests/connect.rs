@@ -64,9 +64,16 @@ pub fn connect(
         return Ok(ResponseBody::Done);
     };
     let connected = establish(manager, &component, &connector, deadline);
-    if connected.is_err() {
-        connector.close(Parting::GoodBye);
-        component.take_connectors(|c| Arc::ptr_eq(c, &connector));
+    match (&connected, connector.replaces_lost) {
+        (Ok(()), _) => {}
+        // What was lost is still lost.
+        (Err(_), true) => {
+            connector.close(Parting::Loss);
+        }
+        (Err(_), false) => {
+            connector.close(Parting::GoodBye);
+            component.take_connectors(|c| Arc::ptr_eq(c, &connector));
+        }
     }
     connected.map(|()| ResponseBody::Done)
 }
@@ -81,10 +88,12 @@ fn add(component: &Component, request: ConnectRequest) -> Result<Option<Arc<Conn
     {
         return Ok(None);
     }
+    let mut lost = false;
     for former in component.take_connectors(|c| c.request.connector == request.connector) {
+        lost |= former.is_lost();
         former.close(Parting::GoodBye);
     }
-    let connector = Arc::new(Connector::new(request));
+    let connector = Arc::new(Connector::new(request, lost));
     port.add(&connector, || component.check_stays())?;
     Ok(Some(connector))
 }
@@ -187,7 +196,7 @@ fn send(
         let (manager, connector) = (Arc::clone(manager), Arc::clone(connector));
         move || {
             let ended = outbox.send();
-            if connector.close(Parting::Loss) {
+            if connector.close(ended.parting()) {
                 report(&manager, &connector.request, &ended);
             }
             drop(slot);

@@ -188,6 +188,19 @@ pub fn binding(connector: &str, instance: &str, port: &str, source: &str) -> Req
     })
 }
 
+pub fn unbind(connector: &str) -> RequestBody {
+    RequestBody::Unbind {
+        connector: connector.to_owned(),
+    }
+}
+
+pub fn disconnect(instance: &str, connector: &str) -> RequestBody {
+    RequestBody::Disconnect {
+        instance: instance.to_owned(),
+        connector: connector.to_owned(),
+    }
+}
+
 /// A request to connect `from`.out to `to`.in, over a socket when one is given.
 pub fn connection(
     from: &str,

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::local::LocalError;
 use crate::session::Session;
 
 /// Write the controller's whole store into a file
@@ -26,7 +25,10 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     let written = rts_host::files::replace_durably(&args.file, document.as_bytes());
-    written.map_err(LocalError::file("write", &args.file))?;
+    written.map_err(|source| CliError::Write {
+        path: args.file.clone(),
+        source,
+    })?;
     let text = format!("backed up to {}", args.file.display());
     session.out.result(&text)?;
     Ok(Exit::Ok)

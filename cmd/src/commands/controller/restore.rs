@@ -1,6 +1,6 @@
 //! `rtsctl controller restore`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::confirm;
 use crate::error::CliError;
@@ -38,11 +38,8 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let home = &session.home;
     home.check_length()?;
     let file = std::path::absolute(&args.file).map_err(LocalError::file("find", &args.file))?;
-    let bad = |reason: String| CliError::Read {
-        path: args.file.clone(),
-        source: std::io::Error::other(reason),
-    };
-    let held = call(home, &file, Mode::Check).await?.map_err(bad)?;
+    let checked = call(home, &file, Mode::Check).await?;
+    let held = checked.map_err(|reason| refused(&file, &reason))?;
     let what = words(&held);
     confirm(
         args.yes,
@@ -83,6 +80,17 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         Err(_) if disagrees(session).await => Ok(Exit::Ok),
         started => started.map(|_| Exit::Ok),
     }
+}
+
+/// What the controller's program says of a file; the file is named once.
+fn refused(file: &Path, reason: &str) -> CliError {
+    let file = file.display().to_string();
+    let why = reason.strip_prefix("the backup cannot be restored: ");
+    CliError::Backup(if reason.contains(&file) {
+        reason.to_owned()
+    } else {
+        format!("cannot restore {file}: {}", why.unwrap_or(reason))
+    })
 }
 
 /// True when the controller runs, and its node only waits for a word of the user; that is said.

@@ -6,7 +6,7 @@ use rts_controller_api::objects::Kind;
 use serde_json::Value;
 
 use super::{FormatArgs, Selection, not_there};
-use crate::commands::or_interrupted;
+use crate::commands::while_read;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::{Change, Memory, News, Watching};
@@ -29,7 +29,7 @@ pub async fn watch(
         session,
     };
     let watching = Watching::new(controller, kind, None);
-    or_interrupted(printer.run(watching, only_changes), session, "").await
+    while_read(printer.run(watching, only_changes), session).await
 }
 
 struct Printer<'a> {

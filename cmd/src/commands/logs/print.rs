@@ -1,5 +1,8 @@
 //! Prints the lines of several logs: in the order of their times, or as they come.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
 
 use jiff::Timestamp;
@@ -59,7 +62,8 @@ impl Printer {
     }
 }
 
-/// Prints until all logs have ended; those that are followed do not.
+/// Prints until all logs have ended; those that are followed do not. Of several, one that has no previous incarnation is
+/// only told of, as long as another one has.
 pub async fn print(
     controller: &Controller,
     targets: &[Target],
@@ -73,17 +77,18 @@ pub async fn print(
     } else {
         by_time(logs, targets, printer).await?
     };
-    let Some((index, error)) = failure else {
-        return Ok(Exit::Ok);
-    };
-    let name = &targets[index].instance;
+    match failure {
+        None => Ok(Exit::Ok),
+        Some((index, error)) => Err(failed(&targets[index].instance, error, controller).await),
+    }
+}
+
+async fn failed(name: &str, error: ClientError, controller: &Controller) -> CliError {
     match &error {
         ClientError::Problem(problem) if problem.status == 404 && problem.code == "not-found" => {
-            Err(unknown(name, controller).await)
+            unknown(name, controller).await
         }
-        _ => Err(CliError::request(format!(
-            "read the log of component/{name}"
-        ))(error)),
+        _ => CliError::request(format!("read the log of component/{name}"))(error),
     }
 }
 
@@ -120,6 +125,10 @@ async fn as_they_come(
     Ok(None)
 }
 
+fn has_no_previous(error: &ClientError) -> bool {
+    matches!(error, ClientError::Problem(problem) if problem.code == "no-previous")
+}
+
 /// A line without a time belongs to the one before.
 async fn by_time(
     mut logs: Vec<Log>,
@@ -130,6 +139,7 @@ async fn by_time(
     let mut heads = vec![None; logs.len()];
     let mut order = BTreeSet::new();
     let mut read: Vec<usize> = (0..logs.len()).collect();
+    let mut lacking = Vec::new();
     loop {
         for index in read.drain(..) {
             match logs[index].next().await {
@@ -140,8 +150,17 @@ async fn by_time(
                     heads[index] = Some(line);
                 }
                 Ok(_) => {}
+                Err(e) if has_no_previous(&e) => lacking.push((index, e)),
                 Err(e) => return Ok(Some((index, e))),
             }
+        }
+        let none = lacking.len() == logs.len();
+        let failure = if none { lacking.pop() } else { None };
+        for (_, e) in lacking.drain(..) {
+            printer.out.say(&format!("rtsctl: {e}"));
+        }
+        if failure.is_some() {
+            return Ok(failure);
         }
         let Some((_, index)) = order.pop_first() else {
             return Ok(None);

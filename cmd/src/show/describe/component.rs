@@ -1,9 +1,11 @@
 //! The page of a component.
 
 use rts_controller_api::objects::{Component, Waiting};
+use rts_schemas::system::{OnHang, RestartPolicy};
 
 use super::page::Page;
-use super::{Scene, policy, system_or_drift};
+use super::{Scene, manager, node, policy, system_or_drift};
+use crate::show::progress::shortened;
 use crate::show::table::Table;
 
 pub(super) fn component(component: &Component, scene: &Scene) -> Page {
@@ -13,10 +15,7 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     page.line("Type", &spec.type_name);
     page.line("Required", spec.required.to_string());
     page.line("Node", &status.node);
-    let pid = status
-        .pid
-        .map_or("no process".to_owned(), |pid| format!("pid {pid}"));
-    page.line("Manager", format!("{} ({pid})", status.manager));
+    page.line("Manager", manager::words(component, scene));
     page.line("State", &status.state);
     page.line(
         "Last state",
@@ -30,7 +29,7 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
             page.line(key, text);
         }
     }
-    let manager = format!("manager/{}", manager_of(component));
+    let manager = format!("manager/{}", manager::name_of(component));
     page.line(
         "Last exit",
         policy::last_exit(&manager, scene).unwrap_or_default(),
@@ -47,6 +46,9 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     if waiting.is_empty() {
         page.line("Waits for", status.waiting_on.clone().unwrap_or_default());
     }
+    let help = node::help(&status.node, scene);
+    let help = help.or_else(|| hang_help(component, scene));
+    page.line("Help", help.unwrap_or_default());
     page.table("Configuration", &configuration(component));
     let ends = scene.connectors.iter().filter(|c| {
         let of = |end: &str| {
@@ -63,12 +65,12 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
             status.state.clone(),
             status.samples_sent.to_string(),
             status.samples_received.to_string(),
-            status.waiting_on.clone().unwrap_or_default(),
+            shortened(status.waiting_on.clone().unwrap_or_default(), &waiting),
         ]);
     }
     page.table("Connectors", &connectors);
     let target = format!("component/{name}");
-    let module = format!("module/{}@{}", spec.type_name, manager_of(component));
+    let module = format!("module/{}@{}", spec.type_name, manager::name_of(component));
     page.events(scene, |event| {
         let about = [&target, &manager, &module];
         about.contains(&&event.spec.object) && event.spec.system == spec.system
@@ -76,30 +78,53 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     page
 }
 
-/// Its manager's name as events and waits have it: `hello.main`.
-fn manager_of(component: &Component) -> String {
-    let (system, short) = (&component.spec.system, &component.status.manager);
-    if short.contains('.') || system.is_empty() {
-        short.clone()
-    } else {
-        format!("{system}.{short}")
-    }
-}
-
-/// What its system waits for that keeps a component from running: itself, its module, package and manager.
-fn concerning<'a>(component: &'a Component, scene: &'a Scene) -> impl Iterator<Item = &'a Waiting> {
+/// What keeps a component from running when it is waited for: itself, its module, package, manager and node.
+pub(super) fn targets(component: &Component) -> [String; 5] {
     let (name, spec, status) = (&component.metadata.name, &component.spec, &component.status);
-    let manager = manager_of(component);
-    let targets = [
+    let manager = manager::name_of(component);
+    [
         format!("component/{name}"),
         format!("module/{}@{manager}", spec.type_name),
         format!("package/{}@{}", spec.type_name, status.node),
         format!("manager/{manager}"),
         format!("node/{}", status.node),
-    ];
-    let own = scene.systems.iter().filter(|s| s.spec.name == spec.system);
-    own.flat_map(|system| &system.status.waiting_on)
+    ]
+}
+
+/// What its system waits for that keeps a component from running.
+fn concerning<'a>(component: &'a Component, scene: &'a Scene) -> impl Iterator<Item = &'a Waiting> {
+    let targets = targets(component);
+    let own = scene.systems.iter();
+    own.filter(|s| s.spec.name == component.spec.system)
+        .flat_map(|system| &system.status.waiting_on)
         .filter(move |waiting| targets.contains(&waiting.target))
+}
+
+/// What ends a callback that does not return; none when nothing hangs, or its policy ends it.
+pub(super) fn hang_help(component: &Component, scene: &Scene) -> Option<String> {
+    let status = &component.status;
+    let waits = status.waiting_on.as_deref().unwrap_or_default();
+    let policy = policy::of(component, scene).cloned().unwrap_or_default();
+    if !waits.starts_with("has been in ") || policy.on_hang == OnHang::Restart {
+        return None;
+    }
+    let manager = manager::of(component, scene);
+    let pid = status.pid.or(manager.map(|m| m.status.pid))?;
+    let inside = manager.map_or(&[][..], |m| &m.status.components);
+    let others = inside
+        .iter()
+        .filter(|name| **name != component.metadata.name);
+    let others = match others.map(String::as_str).collect::<Vec<_>>().as_slice() {
+        [] => String::new(),
+        names => format!(", with {} in it", names.join(", ")),
+    };
+    let then = match policy.restart {
+        RestartPolicy::Never => "and it is not started again (rtsctl.restart is never)",
+        RestartPolicy::Always | RestartPolicy::OnFailure => "and it is started again",
+    };
+    Some(format!(
+        "`kill -9 {pid}` ends its process{others}, {then}; rtsctl.onHang: restart has that done by itself"
+    ))
 }
 
 /// Each parameter as it is, and as it is wanted where that differs.

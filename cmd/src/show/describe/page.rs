@@ -5,7 +5,7 @@ use rts_controller_api::objects::{Event, Metadata, Waiting};
 
 use super::{Scene, policy};
 use crate::show::age::age;
-use crate::show::progress::waits;
+use crate::show::progress::grouped;
 use crate::show::table::Table;
 
 /// Most events on a page; the last ones.
@@ -52,10 +52,10 @@ impl Page {
         }
     }
 
-    /// What waits, one under the other.
+    /// What waits, one under the other; what waits for the same reason on one line.
     pub fn waiting<'a>(&mut self, waiting: impl Iterator<Item = &'a Waiting>, now: Timestamp) {
-        for waiting in waiting {
-            self.line("Waits for", waits_for(waiting, now));
+        for line in grouped(waiting, |waiting| facts(waiting, now)) {
+            self.line("Waits for", line);
         }
     }
 
@@ -88,8 +88,8 @@ impl Page {
     }
 }
 
-/// `component/Motor0: its module failed (tried 3 times, next try in 4s, at 12:00:04Z)`.
-fn waits_for(waiting: &Waiting, now: Timestamp) -> String {
+/// ` (tried 3 times, next try in 4s, at 12:00:04Z)`.
+fn facts(waiting: &Waiting, now: Timestamp) -> String {
     let mut facts = Vec::new();
     match waiting.tries {
         0 => {}
@@ -107,9 +107,8 @@ fn waits_for(waiting: &Waiting, now: Timestamp) -> String {
     if !waiting.required {
         facts.push("not required".to_owned());
     }
-    let facts = match facts.as_slice() {
+    match facts.as_slice() {
         [] => String::new(),
         facts => format!(" ({})", facts.join(", ")),
-    };
-    waits(waiting) + &facts
+    }
 }

@@ -53,11 +53,18 @@ pub(super) fn others(policy: &Policy) -> Vec<(&'static str, String)> {
             "stop: made again once all its peers can be".to_owned(),
         )),
     }
-    if policy.on_hang == OnHang::Restart {
-        let after = time(policy.liveness_timeout_ms.unwrap_or(LIVENESS_TIMEOUT_MS));
-        let text =
-            format!("restart: its manager is replaced when a callback takes longer than {after}");
-        lines.push(("On hang", text));
+    let after = policy.liveness_timeout_ms;
+    let longer = time(after.unwrap_or(LIVENESS_TIMEOUT_MS));
+    match policy.on_hang {
+        OnHang::Restart => lines.push((
+            "On hang",
+            format!("restart: its manager is replaced when a callback takes longer than {longer}"),
+        )),
+        OnHang::Report if after.is_some() => lines.push((
+            "On hang",
+            format!("report: only told when a callback takes longer than {longer}"),
+        )),
+        OnHang::Report => {}
     }
     if policy.reset_on_error {
         lines.push(("On error", "reset".to_owned()));
@@ -113,6 +120,10 @@ mod tests {
         let mut policy = Policy::default();
         assert_eq!(restart(&policy), "always");
         assert!(others(&policy).is_empty());
+        policy.liveness_timeout_ms = Some(2000);
+        let report = "report: only told when a callback takes longer than 2s".to_owned();
+        assert_eq!(others(&policy), [("On hang", report)]);
+        policy.liveness_timeout_ms = None;
         policy.restart = RestartPolicy::OnFailure;
         policy.restart_limit = Some(3);
         assert_eq!(restart(&policy), "on-failure, at most 3 times in 10m");

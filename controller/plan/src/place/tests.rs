@@ -204,3 +204,66 @@ fn manager_names_follow_the_rule_of_all_and_never_fall_together() {
         "{made:?}"
     );
 }
+
+#[test]
+fn what_was_settled_holds_whatever_a_host_means_by_now() {
+    let system = system(
+        "s",
+        json!([
+            {"instance": "A", "type": "T", "placement": {"host": "arm.robot.example"}},
+            {"instance": "B", "type": "T", "placement": {"node": "arm"}},
+        ]),
+    );
+    let settle = |node: &str| {
+        let on = |instance: &str| (instance.to_owned(), node.to_owned());
+        let settled = Settled {
+            generation: 7,
+            places: [on("A"), on("B")].into(),
+            nodes: ["leg".to_owned()].into(),
+        };
+        BTreeMap::from([("uid-s".to_owned(), settled)])
+    };
+    let mut known = nodes();
+    known[1].aliases.clear();
+    let placed = place_settled(
+        std::slice::from_ref(&system),
+        &known,
+        "local",
+        &settle("arm"),
+    );
+    assert_eq!(places(&placed)["A"], "arm/main");
+    assert_eq!(placed.desired.nodes["arm"].systems[0].generation, 7);
+    assert_eq!(placed.notes["s"], ["host arm.robot.example is node arm: A"]);
+    let placed = place_settled(
+        std::slice::from_ref(&system),
+        &nodes(),
+        "local",
+        &settle("local"),
+    );
+    assert_eq!(places(&placed)["A"], "local/main");
+    assert_eq!(places(&placed)["B"], "arm/main", "a named node wins");
+    assert!(placed.notes["s"][0].contains("apply again to move"));
+    let gone = StoredSystem {
+        deleting: true,
+        ..system
+    };
+    let placed = place_settled(&[gone], &nodes(), "local", &settle("local"));
+    assert!(placed.desired.nodes["leg"].systems[0].components.is_empty());
+}
+
+#[test]
+fn the_generation_ages_a_spec_but_not_the_text_of_a_part() {
+    let system = system("s", json!([{"instance": "A", "type": "T"}]));
+    let at = |generation| {
+        let settled = Settled {
+            generation,
+            ..Settled::default()
+        };
+        let settled = BTreeMap::from([("uid-s".to_owned(), settled)]);
+        let mut placed = place_settled(std::slice::from_ref(&system), &nodes(), "local", &settled);
+        placed.desired.nodes.remove("local").unwrap()
+    };
+    assert_ne!(digest(&at(1)), digest(&at(2)));
+    assert_eq!(at(1).systems[0].digest(), at(2).systems[0].digest());
+    assert_eq!(at(1).systems[0].digest(), at(0).systems[0].digest());
+}

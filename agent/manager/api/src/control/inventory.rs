@@ -1,0 +1,156 @@
+//! What is in a manager: modules, components, and both kinds of ends of their connectors.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+use super::SystemId;
+
+/// What a module says of itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ModuleInfo {
+    /// Type name.
+    pub type_name: String,
+    /// Vendor.
+    pub vendor: String,
+    /// Category.
+    pub category: String,
+    /// Version.
+    pub version: String,
+    /// One line.
+    pub description: String,
+    /// Path that was opened.
+    pub path: String,
+    /// Ports that its components have.
+    pub ports: Vec<PortInfo>,
+    /// Parameters with their defaults.
+    pub parameters: BTreeMap<String, String>,
+}
+
+/// A port of a component.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct PortInfo {
+    /// Bare name.
+    pub name: String,
+    /// `in` or `out`.
+    pub direction: String,
+    /// IDL repository id.
+    pub data_type: String,
+}
+
+/// Everything in a manager.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ManagerInventory {
+    /// Type names of open modules.
+    pub modules: BTreeSet<String>,
+    /// Components.
+    pub components: Vec<ComponentInfo>,
+}
+
+/// A component in a manager.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ComponentInfo {
+    /// Instance name.
+    pub instance: String,
+    /// Type name.
+    pub type_name: String,
+    /// System that it was created for.
+    pub system: Option<SystemId>,
+    /// Unique id of this creation.
+    pub incarnation: String,
+    /// As given at creation.
+    pub recreate_hash: String,
+    /// As given at creation.
+    pub restarts: u32,
+    /// Wall-clock creation, RFC 3339.
+    pub created: String,
+    /// `Created`, `Inactive`, `Active`, `Error`.
+    pub state: String,
+    /// Why it is in Error, or its last complaint.
+    pub message: Option<String>,
+    /// Configuration sets as they are.
+    pub sets: BTreeMap<String, BTreeMap<String, String>>,
+    /// Active set.
+    pub active: String,
+    /// Parameters with the module's defaults.
+    #[serde(default)]
+    pub defaults: BTreeMap<String, String>,
+    /// The callback that runs now, when it has run for a second or longer.
+    #[serde(default)]
+    pub busy: Option<Busy>,
+    /// `keep`, `deactivate` or `stop` when a peer is lost; none from a manager of version 1, which keeps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_disconnect: Option<String>,
+    /// `periodic`.
+    pub execution_kind: String,
+    /// Rate in Hz.
+    pub rate: f64,
+    /// `on_execute` calls.
+    pub executions: u64,
+    /// Ports.
+    pub ports: Vec<PortInfo>,
+    /// Connectors of its out-ports.
+    pub connectors: Vec<ConnectorInfo>,
+    /// Bindings of its in-ports.
+    pub bindings: Vec<BindingInfo>,
+}
+
+/// A callback that does not return.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Busy {
+    /// Its name (`on_execute`).
+    pub callback: String,
+    /// Since when, in milliseconds.
+    pub milliseconds: u64,
+}
+
+/// A connector at its out-port end.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ConnectorInfo {
+    /// Connector name.
+    pub name: String,
+    /// Out-port.
+    pub port: String,
+    /// Instance with the in-port.
+    pub target_instance: String,
+    /// In-port.
+    pub target_port: String,
+    /// Incarnation of the target when it was connected.
+    pub target_incarnation: String,
+    /// As given.
+    pub properties: BTreeMap<String, String>,
+    /// `Connected`, `Connecting`, `Disconnected`.
+    pub state: String,
+    /// `direct` or `uds`.
+    pub transport: String,
+    /// Samples put into its queue.
+    pub samples_sent: u64,
+    /// Payload bytes sent.
+    pub bytes: u64,
+    /// Samples dropped from its queue.
+    pub drops: u64,
+}
+
+/// A connector at its in-port end.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct BindingInfo {
+    /// Connector name.
+    pub connector: String,
+    /// In-port.
+    pub port: String,
+    /// A source is connected.
+    pub connected: bool,
+    /// Samples that the component has read.
+    pub samples_received: u64,
+    /// Samples dropped from the in-port's queue.
+    pub drops: u64,
+    /// Jumps in the sequence that the reader saw.
+    pub gaps: u64,
+}

@@ -1,0 +1,197 @@
+//! What can be asked of a manager.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::SystemId;
+
+/// A request. Responses may come in another order than the requests.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Request {
+    /// Chosen by the sender; repeated in the response.
+    pub id: u64,
+    /// The manager answers within this time, with an error if need be.
+    pub deadline_ms: u64,
+    /// What to do.
+    pub body: RequestBody,
+}
+
+/// What to do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
+pub enum RequestBody {
+    /// Open a module. Answer: `Module`. Idempotent for the same path.
+    LoadModule {
+        /// Type name that its descriptor must have.
+        type_name: String,
+        /// Absolute path of the shared library.
+        path: String,
+    },
+    /// Forget a module (its code stays mapped). Refused while a component uses it. Answer: `Done`.
+    UnloadModule {
+        /// Type name.
+        type_name: String,
+    },
+    /// Describe the loaded modules. Answer: `Modules`.
+    Factories,
+    /// Create and initialise a component; it ends Inactive. Answer: `Created`.
+    Create(CreateRequest),
+    /// Set values, active set and rate in place. Answer: `Done`.
+    Configure {
+        /// Instance name.
+        instance: String,
+        /// Set → parameter → value; unnamed ones stay.
+        sets: BTreeMap<String, BTreeMap<String, String>>,
+        /// New active set.
+        active: Option<String>,
+        /// New rate in Hz.
+        rate: Option<f64>,
+        /// `keep`, `deactivate` or `stop` when a peer is lost; none leaves it. Since version 2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        on_disconnect: Option<String>,
+    },
+    /// Let the named connector be bound to an in-port: a data connection that says otherwise is refused. Answer: `Bound`.
+    Bind(Binding),
+    /// Remove a binding and close its connection, which is no loss at this end. Answer: `Done`; also when there is none.
+    Unbind {
+        /// Connector name.
+        connector: String,
+    },
+    /// Connect an out-port, here or over a socket. Answer: `Done` when the other end has agreed.
+    Connect(ConnectRequest),
+    /// Remove a connector at its out-port end, which is no loss there. Answer: `Done`; also when there is none.
+    Disconnect {
+        /// Instance that owns it.
+        instance: String,
+        /// Connector name.
+        connector: String,
+    },
+    /// Activate. Answer: `Done` when it is Active. Refused (`ComponentFailed`) while `on_disconnect` is not `keep` and a
+    /// connector is lost at this end, until it is connected again, disconnected here or unbound here.
+    /// That counts for a connector that nobody wants any more, too: whoever gives orders removes it first.
+    Activate {
+        /// Instance name.
+        instance: String,
+    },
+    /// Deactivate. Answer: `Done` when it is Inactive. A component in Error stays there and is no error here.
+    Deactivate {
+        /// Instance name.
+        instance: String,
+    },
+    /// Error → Inactive. Answer: `Done`.
+    Reset {
+        /// Instance name.
+        instance: String,
+    },
+    /// Deactivate if need be, finalise, disconnect and delete. Answer: `Done`; also when there is none.
+    Delete {
+        /// Instance name.
+        instance: String,
+    },
+    /// Everything that there is, counters included. Never waits for a component. Answer: `Inventory`.
+    Inventory,
+    /// Deactivate and finalise everything within the deadline, answer `Done`, and exit 0.
+    Shutdown,
+}
+
+impl RequestBody {
+    /// Without what a manager that speaks `version` does not know.
+    #[must_use]
+    pub fn for_version(mut self, version: u32) -> Self {
+        if version < 2 {
+            match &mut self {
+                Self::Configure { on_disconnect, .. }
+                | Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+                _ => {}
+            }
+        }
+        self
+    }
+}
+
+/// Arguments of `Create`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct CreateRequest {
+    /// Instance name, unique in the manager.
+    pub instance: String,
+    /// Type name of a loaded module.
+    pub type_name: String,
+    /// System that it is created for; none when made by hand.
+    pub system: Option<SystemId>,
+    /// Kept and reported back.
+    pub recreate_hash: String,
+    /// Kept and reported back.
+    pub restarts: u32,
+    /// Set → parameter → value, set before `on_initialize`.
+    pub sets: BTreeMap<String, BTreeMap<String, String>>,
+    /// Active set.
+    pub active: Option<String>,
+    /// Only `periodic` is known in this version.
+    pub execution_kind: String,
+    /// Rate in Hz; none for the module's default.
+    pub rate: Option<f64>,
+    /// Absolute path of the component's log; opened with O_APPEND.
+    pub log_path: String,
+    /// `keep` (default), `deactivate` or `stop` when a peer is lost. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_disconnect: Option<String>,
+}
+
+/// An in-port end that waits for its connector.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Binding {
+    /// Connector name, unique in the system.
+    pub connector: String,
+    /// Instance with the in-port.
+    pub instance: String,
+    /// In-port.
+    pub port: String,
+    /// Source as `Instance.port`.
+    pub source: String,
+}
+
+/// Arguments of `Connect`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ConnectRequest {
+    /// Connector name.
+    pub connector: String,
+    /// Instance with the out-port, in this manager.
+    pub instance: String,
+    /// Out-port.
+    pub port: String,
+    /// Instance with the in-port.
+    pub target_instance: String,
+    /// In-port.
+    pub target_port: String,
+    /// Control socket of the target's manager; none when it is this one.
+    pub target_socket: Option<String>,
+    /// Incarnation that the target must have.
+    pub target_incarnation: String,
+    /// Connector properties, reported back.
+    pub properties: BTreeMap<String, String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_to_an_older_manager_has_no_newer_fields() {
+        let configure = RequestBody::Configure {
+            instance: "A".to_owned(),
+            sets: BTreeMap::new(),
+            active: None,
+            rate: None,
+            on_disconnect: Some("stop".to_owned()),
+        };
+        let text =
+            |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
+        assert!(text(2).contains(r#""onDisconnect":"stop""#));
+        assert!(!text(1).contains("onDisconnect"));
+    }
+}

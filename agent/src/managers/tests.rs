@@ -1,0 +1,133 @@
+//! What is remembered of what a manager held, and the end of one.
+
+use std::path::Path;
+
+use tokio::time::sleep_until;
+
+use super::*;
+use crate::launch::Exit;
+use serde_json::json;
+
+fn holding(incarnations: &[&str]) -> ManagerInventory {
+    let component = |incarnation: &&str| {
+        json!({"instance": "A0", "typeName": "A", "system": null, "incarnation": incarnation, "recreateHash": "",
+            "restarts": 0, "created": "", "state": "Active", "message": null, "sets": {}, "active": "default",
+            "executionKind": "periodic", "rate": 1.0, "executions": 0, "ports": [], "connectors": [], "bindings": []})
+    };
+    let components: Vec<_> = incarnations.iter().map(component).collect();
+    serde_json::from_value(json!({"modules": [], "components": components})).unwrap()
+}
+
+#[test]
+fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_does() {
+    let mut seen = Seen {
+        responsive: false,
+        inventory: holding(&["one"]),
+        deleted: BTreeSet::new(),
+    };
+    seen.forget("A0");
+    assert!(seen.inventory.components.is_empty());
+    seen.keep(holding(&["one"]));
+    assert!(seen.inventory.components.is_empty() && seen.responsive);
+    seen.keep(holding(&["two"]));
+    assert_eq!(seen.inventory.components.len(), 1);
+    assert!(seen.deleted.is_empty(), "nothing is kept for ever");
+}
+
+/// An agent in a home of its own, which starts nothing.
+fn agent(home: &Path) -> Arc<Agent> {
+    let config = crate::Config {
+        home: home.to_owned(),
+        node: "local".to_owned(),
+        aliases: Vec::new(),
+        module_path: Vec::new(),
+        manager_program: "/nonexistent/rts-manager".into(),
+        controller_socket: None,
+        heal_after: None,
+    };
+    let folders = crate::folders::Folders::new(home, "local").unwrap();
+    folders.make().unwrap();
+    let launcher = crate::launch::ProcessLauncher::new(&config.manager_program);
+    Arc::new(Agent::new(config, folders, Arc::new(launcher)).unwrap())
+}
+
+#[tokio::test]
+async fn while_what_a_manager_started_does_not_die_nothing_is_started_in_its_place() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let agent = agent(home.path());
+    let key = ManagerKey {
+        system: None,
+        name: "main".to_owned(),
+    };
+    let folder = agent.folders.manager(&key);
+    std::fs::create_dir(&folder).unwrap();
+    let mut child = std::process::Command::new("/bin/true").spawn().unwrap();
+    let family = Family::of_child(child.id(), None);
+    child.wait().unwrap();
+    let undying = family.undying.clone();
+    undying.store(true, Ordering::SeqCst);
+    let identity = Identity {
+        key: key.clone(),
+        incarnation: "one".to_owned(),
+        family,
+        folder: folder.clone(),
+    };
+    let manager = Manager::new(&agent, identity, None);
+    agent.register(
+        manager.clone(),
+        Box::pin(std::future::ready(Exit::Signal(9))),
+    );
+    for _ in 0..2 {
+        let refused = agent.ensure_manager(&key).await.unwrap_err();
+        assert!(
+            matches!(refused, StartManagerError::Ending { .. }),
+            "{refused}"
+        );
+        assert!(folder.exists());
+    }
+    assert_eq!(agent.observe().await.managers, []);
+    let reasons = |agent: &Agent| {
+        let (_, events) = agent.events.waiting();
+        events.into_iter().map(|e| e.reason).collect::<Vec<_>>()
+    };
+    assert_eq!(reasons(&agent), ["ManagerStuck"]);
+
+    undying.store(false, Ordering::SeqCst);
+    manager.ended().await;
+    assert!(!folder.exists());
+    assert_eq!(reasons(&agent), ["ManagerStuck", "ManagerDied"]);
+    let refused = agent.ensure_manager(&key).await.unwrap_err();
+    assert!(
+        matches!(refused, StartManagerError::Launch(_)),
+        "it is tried: {refused}"
+    );
+}
+
+#[tokio::test]
+async fn a_dead_managers_folder_that_cannot_be_removed_is_told_once_and_tried_again_at_a_pace() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let agent = agent(home.path());
+    let key = ManagerKey {
+        system: None,
+        name: "main".to_owned(),
+    };
+    let folder = agent.folders.manager(&key);
+    std::fs::create_dir(&folder).unwrap();
+    let file = json!({"protocolVersion": 2, "system": null, "name": "main", "incarnation": "one", "pid": 4_000_000,
+        "startTicks": 1, "bootId": rts_host::identity::boot_id(), "started": ""});
+    std::fs::write(folder.join("manager.json"), file.to_string()).unwrap();
+    let undying = Undying::after(None);
+    lock(&agent.managers.undying).insert(folder.clone(), undying);
+    let refused = agent.ensure_manager(&key).await.unwrap_err();
+    assert!(
+        matches!(refused, StartManagerError::Ending { .. }),
+        "{refused}"
+    );
+    assert!(folder.exists(), "not before its time");
+    sleep_until(undying.next).await;
+    assert!(adopt_round(&agent).await);
+    assert!(!folder.exists());
+    assert!(lock(&agent.managers.undying).is_empty());
+    let (_, events) = agent.events.waiting();
+    assert!(events.is_empty(), "it was told before: {events:?}");
+}

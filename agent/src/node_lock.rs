@@ -1,0 +1,99 @@
+//! The locks of a node: one agent at a time. One lies in `run`, where people and other programs look; the other lies
+//! beside the ledger that it protects, and outlives a careless hand in `run`.
+
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rts_host::files;
+use tokio::time::{Instant, sleep};
+
+use crate::agent::StartError;
+use crate::folders::Folders;
+
+/// Name in either folder.
+const FILE: &str = "agent.lock";
+/// How long the agent before may hold them.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Both locks, held for life.
+#[derive(Debug)]
+pub(crate) struct NodeLock {
+    node: String,
+    /// The durable one is taken first.
+    locks: [Held; 2],
+}
+
+/// A lock, and what tells its file from another one at the same path.
+#[derive(Debug)]
+struct Held {
+    path: PathBuf,
+    _lock: files::Lock,
+    number: Option<(u64, u64)>,
+}
+
+impl NodeLock {
+    /// Takes both. The agent before may just be ending.
+    pub async fn take(folders: &Folders, node: &str) -> Result<Self, StartError> {
+        let state = take(&folders.state, node).await?;
+        let run = take(&folders.run, node).await?;
+        Ok(Self {
+            node: node.to_owned(),
+            locks: [state, run],
+        })
+    }
+
+    /// Takes again what somebody has removed or replaced; an error when another agent has it by now.
+    pub fn keep(&mut self) -> Result<(), StartError> {
+        for held in &mut self.locks {
+            if held.number.is_some() && number(&held.path) == held.number {
+                continue;
+            }
+            let path = held.path.clone();
+            tracing::warn!("{} was gone or replaced; it is taken anew", path.display());
+            match try_take(&path)? {
+                Some(anew) => *held = anew,
+                None => return Err(running(&self.node, path)),
+            }
+        }
+        Ok(())
+    }
+}
+
+async fn take(folder: &Path, node: &str) -> Result<Held, StartError> {
+    let path = folder.join(FILE);
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(held) = try_take(&path)? {
+            return Ok(held);
+        }
+        if Instant::now() >= end {
+            return Err(running(node, path));
+        }
+        sleep(PATIENCE / 20).await;
+    }
+}
+
+fn try_take(path: &Path) -> Result<Option<Held>, StartError> {
+    let lock = files::lock(path).map_err(|source| StartError::File {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(lock.map(|lock| Held {
+        number: number(path),
+        path: path.to_owned(),
+        _lock: lock,
+    }))
+}
+
+fn running(node: &str, lock: PathBuf) -> StartError {
+    let node = node.to_owned();
+    StartError::Running { node, lock }
+}
+
+/// Device and inode.
+fn number(path: &Path) -> Option<(u64, u64)> {
+    let file = fs::symlink_metadata(path).ok()?;
+    Some((file.dev(), file.ino()))
+}

@@ -1,0 +1,89 @@
+//! How to mend an error.
+
+use rts_controller_api::ClientError;
+
+use super::CliError;
+
+const VERSIONS: &str = "rtsctl and the controller are probably of different versions: compare `rtsctl version`, then run \
+                        `rtsctl down` and `rtsctl up` with the newer one";
+
+/// Codes of problems that a node's agent is the cause of.
+const AGENT: [&str; 2] = ["agent-unreachable", "node-not-ready"];
+
+impl CliError {
+    /// How to mend it.
+    pub fn help(&self) -> Option<String> {
+        if let Some(problem) = self.problem().filter(|problem| problem.retryable) {
+            let agent = AGENT.contains(&problem.code.as_str());
+            let look = if agent {
+                " (see `rtsctl get nodes`)"
+            } else {
+                ""
+            };
+            return Some(format!("try again later{look}"));
+        }
+        match self {
+            CliError::Usage { help, .. } => help.clone(),
+            CliError::NoController { .. } => Some("start one with `rtsctl up`".to_owned()),
+            CliError::Local(e) => e.help(),
+            CliError::Request { source, .. } => match source.as_ref() {
+                ClientError::Unreachable { .. } => {
+                    Some("is it running? see its log, or run `rtsctl up`".to_owned())
+                }
+                ClientError::Protocol { .. } => Some(VERSIONS.to_owned()),
+                ClientError::Problem(_) => None,
+            },
+            CliError::Object { .. } => Some(VERSIONS.to_owned()),
+            CliError::Partly {
+                system,
+                target,
+                held,
+                ..
+            } => Some(partly(system, target.as_deref(), *held)),
+            CliError::WouldRestart { .. } => {
+                Some("leave out --no-restart to let it restart".to_owned())
+            }
+            CliError::Deadline { .. } => {
+                Some("the controller goes on: see `rtsctl get systems`".to_owned())
+            }
+            _ => None,
+        }
+    }
+
+    /// It may be for the lack of an agent.
+    pub fn needs_an_agent(&self) -> bool {
+        let agent = |code: &str| AGENT.contains(&code);
+        self.problem().is_some_and(|problem| agent(&problem.code))
+            || matches!(self, CliError::Partly { .. } | CliError::Deadline { .. })
+    }
+}
+
+fn partly(system: &str, target: Option<&str>, held: bool) -> String {
+    let object = target.map_or_else(|| format!("system/{system}"), str::to_owned);
+    let see = format!("see `rtsctl describe {object}`");
+    if held {
+        let again = format!("run `rtsctl teardown {system}` and apply again");
+        return format!(
+            "it is not started again by itself: apply a change of it, or {again}; {see}"
+        );
+    }
+    format!("the controller goes on trying: {see}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rts_controller_api::Problem;
+
+    #[test]
+    fn what_an_agent_is_the_cause_of_is_told_apart() {
+        let error = |code| CliError::request("x")(Problem::unavailable(code, "y").into());
+        assert!(error("agent-unreachable").needs_an_agent());
+        assert_eq!(
+            error("node-not-ready").help().unwrap(),
+            "try again later (see `rtsctl get nodes`)"
+        );
+        assert!(!error("store-failed").needs_an_agent());
+        assert_eq!(error("store-failed").help().unwrap(), "try again later");
+    }
+}
