@@ -2,6 +2,7 @@
 //!
 //! Which step may start is [`queue::Queue`]'s business; what a step does is [`CarryOut`]'s.
 
+mod activate;
 mod component;
 mod connector;
 mod manager;

@@ -123,7 +123,7 @@ impl Agent {
         let before = self.inventory.revision();
         let mut merged = merge(&self.config.node, views, &self.policies());
         self.components_seen(&merged, told);
-        merged.held = self.restarts.held();
+        merged.held = self.restarts.held(&self.policies());
         let (inventory, events) = self.inventory.keep(merged);
         for event in events {
             self.events.push(event);

@@ -12,6 +12,8 @@ pub(crate) struct Policies {
     components: BTreeMap<(String, String), Policy>,
     /// System uid → digest of the system's part.
     parts: BTreeMap<String, String>,
+    /// System uid → [`rts_plan::desired::NodeSystem::digest`], by which planners know the part.
+    digests: BTreeMap<String, String>,
     /// System uid and manager name → instance names of what belongs there.
     places: BTreeMap<(String, String), Vec<String>>,
 }
@@ -25,6 +27,7 @@ impl Policies {
         };
         for system in &spec.systems {
             let uid = &system.system.uid;
+            policies.digests.insert(uid.clone(), system.digest());
             for placed in &system.components {
                 let key = (uid.clone(), placed.spec.instance.clone());
                 let place = (uid.clone(), placed.manager.clone());
@@ -66,6 +69,11 @@ impl Policies {
     /// Names the very text of a system's part; none when the spec has no such system.
     pub fn part(&self, system: &SystemRef) -> Option<&str> {
         self.parts.get(&system.uid).map(String::as_str)
+    }
+
+    /// By what planners know a system's part; none when the spec has no such system.
+    pub fn digest(&self, system: &SystemRef) -> Option<&str> {
+        self.digests.get(&system.uid).map(String::as_str)
     }
 
     /// How long `on_initialize` and `on_activated` of a component may take.

@@ -76,8 +76,13 @@ impl Restarts {
     }
 
     /// What is not brought up again, sorted.
-    pub fn held(&self) -> Vec<Held> {
-        lock(&self.memory).held()
+    pub fn held(&self, policies: &Policies) -> Vec<Held> {
+        let mut held = lock(&self.memory).held();
+        // What is held is held under the spec of now: another one has pardoned it.
+        for held in &mut held {
+            held.part = policies.digest(&held.system).map(str::to_owned);
+        }
+        held
     }
 
     /// Why a component is not brought up again.

@@ -10,6 +10,8 @@ mod deaths;
 mod node_specs;
 mod results;
 mod runs;
+mod side;
+mod slots;
 mod teardown;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,6 +31,7 @@ use crate::store::SystemRecord;
 pub use self::backoff::{Backoff, Entry, target_of};
 pub use self::node_specs::NodeSpecs;
 use self::runs::Runs;
+use self::side::Unfinished;
 pub use self::teardown::is_free_of;
 
 /// The loop looks at everything this often, whatever happens, and asks every agent for all it has.
@@ -100,7 +103,7 @@ impl Reconciler {
 
     async fn round(&mut self) -> Next {
         self.runs.collect();
-        let busy = self.runs.busy();
+        let (busy, long) = (self.runs.busy(), self.runs.long());
         self.core.backoff().tidy();
         self.core.reserve_revisions().await;
         let mut desired = self.core.watch_desired();
@@ -115,31 +118,38 @@ impl Reconciler {
         // What is seen from here on was there after the agents had stored what they are judged by.
         let observed = self.core.look(SLOW_TICK).await;
         moved::seen(&self.core, &self.specs, &observed).await;
-        let plan = self.plan(&placed, &observed, &busy);
+        let plan = self.plan(&placed, &observed, &busy, &long);
         let untold = self.specs.untold(&placed.desired, &faults);
         let planned = stamps
             .iter()
             .filter(|(uid, _)| !untold.contains(*uid))
             .map(|(uid, stamp)| (uid.clone(), stamp.generation))
             .collect();
-        self.show(placed, planned, observed, &plan, faults, &busy);
+        self.show(placed, planned, observed, &plan, faults);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;
         }
         let forgotten = teardown::finish(&self.core, &self.specs, &busy).await;
-        self.runs.start(&plan, &stamps, &busy, &self.specs);
+        self.runs.start(&plan, &stamps, &busy, &long, &self.specs);
         if forgotten { Next::Again } else { Next::Rest }
     }
 
     /// Plans, and once more when a process that was started not long ago is gone: its next start is delayed.
-    fn plan(&self, placed: &Placed, observed: &Observed, busy: &BTreeSet<String>) -> Plan {
+    fn plan(
+        &self,
+        placed: &Placed,
+        observed: &Observed,
+        busy: &BTreeSet<String>,
+        long: &BTreeMap<String, Vec<Unfinished>>,
+    ) -> Plan {
         let desired = &placed.desired;
         let planned = || {
             let records = self.core.registry().systems.clone();
             moved::plan(&self.core, &records, desired, observed)
         };
         let plan = planned();
-        if !deaths::count(&self.core, desired, &plan, observed, busy) {
+        let free = side::free(&plan, busy, long);
+        if !deaths::count(&self.core, desired, &free, observed, busy) {
             return plan;
         }
         planned()
@@ -152,9 +162,9 @@ impl Reconciler {
         observed: Observed,
         plan: &Plan,
         mut faults: BTreeMap<String, String>,
-        busy: &BTreeSet<String>,
     ) {
         faults.extend(self.runs.faults());
+        let slots = self.runs.slots();
         {
             let mut world = self.core.world();
             world.planned = planned;
@@ -163,7 +173,7 @@ impl Reconciler {
             world.stale = false;
             world.plan = plan.clone();
             world.faults = faults;
-            world.runs.retain(|key, _| busy.contains(key));
+            world.runs.retain(|slot, _| slots.contains(slot));
             world.resting = self.runs.resting();
         }
         self.core.publish();

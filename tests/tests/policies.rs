@@ -263,3 +263,25 @@ fn a_component_that_is_slow_to_activate_does_not_keep_another_from_healing() {
     assert_eq!(apply.wait().expect("it ends").code(), Some(0));
     stack.leaves_nothing();
 }
+
+#[test]
+fn a_lost_peer_that_leaves_the_profile_is_waited_for_no_longer() {
+    let stack = Stack::new();
+    let file = stack.write("three.xml", three("deactivate").xml());
+    stack.expect(0, &["apply", &file.to_string_lossy()]);
+    kill_9(stack.witness().of("source").pid);
+    stack.until("components", "the middle waits", |components| {
+        is(components, "middle", "Inactive") && waits(components, "middle", "onDisconnect")
+    });
+    let without = Profile::new("three")
+        .component("middle", "LowPassFilter")
+        .with("manager", "b")
+        .with("onDisconnect", "deactivate")
+        .component("sink", "Printer")
+        .with("manager", "c")
+        .connect("middle.out", "sink.in");
+    let file = stack.write("three.xml", without.xml());
+    stack.expect(0, &["apply", &file.to_string_lossy()]);
+    assert!(stack.witness().all_active(2));
+    stack.leaves_nothing();
+}

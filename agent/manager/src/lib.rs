@@ -1,9 +1,9 @@
 //! The manager: the process that loads modules and holds components.
 //!
-//! It does what its control connections say ([`requests`]) and decides nothing. Each component has one thread, its
-//! execution context ([`component`]), which alone calls into the module; everything else talks to that thread over a
+//! It does what its control connections say (`requests`) and decides nothing. Each component has one thread, its
+//! execution context (`component`), which alone calls into the module; everything else talks to that thread over a
 //! bounded channel with a deadline, so that a component that hangs stops nobody but itself. Samples flow through
-//! [`data`] without passing the control side.
+//! `data` without passing the control side.
 
 mod args;
 mod component;

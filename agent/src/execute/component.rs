@@ -61,7 +61,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             done(verb, &manager, request).await
         }
         Work::Activate { manager, instance } => {
-            done(verb, &manager, RequestBody::Activate { instance }).await
+            super::activate::activate(verb, &manager, instance).await
         }
         Work::Reset { manager, instance } => {
             done(verb, &manager, RequestBody::Reset { instance }).await
@@ -78,7 +78,11 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
 }
 
 /// Asks the manager, which must be there.
-async fn done(verb: &Verb, key: &ManagerKey, request: RequestBody) -> Result<(), StepError> {
+pub(super) async fn done(
+    verb: &Verb,
+    key: &ManagerKey,
+    request: RequestBody,
+) -> Result<(), StepError> {
     let manager = verb.manager(key)?;
     Ok(manager.link.done(request, verb.limit).await?)
 }

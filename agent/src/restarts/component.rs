@@ -112,7 +112,7 @@ impl Component {
         Some(Held {
             system: self.system.clone(),
             instance: self.instance.clone(),
-            part: self.part.clone(),
+            part: None,
             reason: self.held.clone()?,
         })
     }

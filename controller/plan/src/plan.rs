@@ -264,6 +264,24 @@ pub enum Work {
 }
 
 impl Work {
+    /// The process that it is done in; none for what concerns two, or none.
+    pub fn manager(&self) -> Option<&ManagerKey> {
+        match self {
+            Work::Install { .. } | Work::Connect { .. } => None,
+            Work::StartManager { manager }
+            | Work::LoadModule { manager, .. }
+            | Work::UnloadModule { manager, .. }
+            | Work::Create { manager, .. }
+            | Work::Configure { manager, .. }
+            | Work::Activate { manager, .. }
+            | Work::Deactivate { manager, .. }
+            | Work::Reset { manager, .. }
+            | Work::Disconnect { manager, .. }
+            | Work::Delete { manager, .. }
+            | Work::StopManager { manager, .. } => Some(manager),
+        }
+    }
+
     /// Name of the kind, as in JSON.
     pub fn kind(&self) -> &'static str {
         match self {

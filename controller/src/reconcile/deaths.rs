@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use rts_plan::desired::{Desired, ManagerKey, SystemRef};
 use rts_plan::observed::{ManagerObserved, NodeObserved, Observed};
-use rts_plan::plan::{Plan, Step, Work};
+use rts_plan::plan::{Step, Work};
 use rts_plan::target;
 use tokio::time::Instant;
 
@@ -29,17 +29,17 @@ pub fn succeeded(core: &Core, step: &Step) {
     }
 }
 
-/// Counts what a plan would bring up again although it was brought up not long ago. True when there is any.
-/// Systems with a run are left out: what was seen of them is older than what their steps have done.
+/// Counts what these steps would bring up again although it was brought up not long ago. True when there is any.
+/// They touch nothing that a run has done or has to do: what was seen of that may be older.
 pub fn count(
     core: &Core,
     desired: &Desired,
-    plan: &Plan,
+    steps: &[Step],
     observed: &Observed,
     busy: &BTreeSet<String>,
 ) -> bool {
     let mut any = false;
-    for step in plan.steps.iter().filter(|step| !busy.contains(key(step))) {
+    for step in steps {
         let reason = match &step.work {
             Work::StartManager { manager } => match found(observed, &step.node, manager) {
                 Some(None) => "its process ended by itself".to_owned(),

@@ -1,17 +1,19 @@
-//! The runs under way: one for each system, each a task of its own.
+//! The runs under way: one for each system, each a task of its own, and one beside it when it takes long.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use rts_agent_api::messages::StepOutcome;
 use rts_plan::plan::Plan;
 use tokio::sync::watch;
-use tokio::task::{AbortHandle, JoinSet};
+use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use super::by_system::by_system;
 use super::node_specs::NodeSpecs;
+use super::side::{Unfinished, beside};
+use super::slots::{Left, Slots, system_of};
 use super::{SLOW_TICK, Stamp, results};
 use crate::core::{Core, RunState};
 use crate::execute::{Executor, Peer};
@@ -29,7 +31,7 @@ const FRUITLESS: u32 = 3;
 pub struct Runs {
     core: Arc<Core>,
     tasks: JoinSet<Ended>,
-    busy: BTreeMap<String, AbortHandle>,
+    slots: Slots,
     last: BTreeMap<String, Last>,
     /// Run → node → why its agent refused the steps or was lost.
     faults: BTreeMap<String, BTreeMap<String, String>>,
@@ -88,6 +90,8 @@ struct Run {
     peers: BTreeMap<String, Peer>,
     absent: BTreeMap<String, String>,
     desired: watch::Receiver<u64>,
+    /// What it has still to do.
+    left: Left,
 }
 
 impl Runs {
@@ -96,7 +100,7 @@ impl Runs {
         Self {
             core,
             tasks: JoinSet::new(),
-            busy: BTreeMap::new(),
+            slots: Slots::default(),
             last: BTreeMap::new(),
             faults: BTreeMap::new(),
         }
@@ -104,12 +108,23 @@ impl Runs {
 
     /// True while there is one.
     pub fn any(&self) -> bool {
-        !self.busy.is_empty()
+        self.slots.len() > 0
     }
 
     /// Systems with a run.
     pub fn busy(&self) -> BTreeSet<String> {
-        self.busy.keys().cloned().collect()
+        self.slots.systems()
+    }
+
+    /// The same by slot: a system may have two.
+    pub fn slots(&self) -> BTreeSet<String> {
+        self.slots.names()
+    }
+
+    /// What runs that take long have still to do, by system. To be asked before looking at what is there: what ends
+    /// meanwhile may not be seen yet.
+    pub fn long(&self) -> BTreeMap<String, Vec<Unfinished>> {
+        self.slots.long()
     }
 
     /// Nodes that refused steps or were lost in the last run of a system, and why.
@@ -144,40 +159,51 @@ impl Runs {
                 self.faults.insert(ended.key, ended.faults);
             }
         }
-        self.busy.retain(|_, task| !task.is_finished());
+        self.slots.tidy();
     }
 
-    /// Starts a run for each system that has steps and no run.
+    /// Starts a run for each system that has steps and no run, or none but long ones.
     pub fn start(
         &mut self,
         plan: &Plan,
         stamps: &BTreeMap<String, Stamp>,
         busy: &BTreeSet<String>,
+        long: &BTreeMap<String, Vec<Unfinished>>,
         specs: &NodeSpecs,
     ) {
         let resting = self.resting();
         let plans = by_system(plan);
         self.faults
-            .retain(|key, _| plans.contains_key(key) || busy.contains(key));
+            .retain(|key, _| plans.contains_key(system_of(key)) || busy.contains(system_of(key)));
         self.last
-            .retain(|key, _| plans.contains_key(key) || busy.contains(key));
-        for (key, plan) in plans {
-            if busy.contains(&key) || resting.contains(&key) || self.busy.len() >= MOST {
+            .retain(|key, _| plans.contains_key(system_of(key)) || busy.contains(system_of(key)));
+        for (system, plan) in plans {
+            let (Some(key), true) = (self.slots.free(&system), self.slots.len() < MOST) else {
+                continue;
+            };
+            if resting.contains(&key) {
                 continue;
             }
+            let plan = match long.get(&system) {
+                Some(left) => beside(&plan, left),
+                None => Some(plan).filter(|_| !busy.contains(&system)),
+            };
+            let Some(plan) = plan else { continue };
             let absent = self.core.world().faults.clone();
             let run = Run {
                 core: Arc::clone(&self.core),
                 key: key.clone(),
-                stamp: stamps.get(&key).copied(),
+                stamp: stamps.get(&system).copied(),
                 peers: self.peers(&plan, specs),
                 absent,
                 desired: self.core.watch_desired(),
+                left: Left::default(),
                 plan,
             };
             run.show(&[], &BTreeMap::new());
+            let left = Arc::clone(&run.left);
             let task = self.tasks.spawn(run.carry_out());
-            self.busy.insert(key, task);
+            self.slots.take(key, task, left);
         }
     }
 
@@ -218,6 +244,8 @@ impl Run {
                     for (step, outcome) in run.take_ended() {
                         let current = self.is_current();
                         results::take(&self.core, step, &outcome, current);
+                        // What was told before says nothing about it.
+                        self.core.sessions.doubt(&step.node);
                     }
                     dirty = true;
                     if !more {
@@ -231,15 +259,15 @@ impl Run {
                 }
             }
         }
-        self.show(&[], &run.progress.ended);
-        let steps = self.plan.steps.iter();
-        let work = steps.map(|step| (step.work.kind(), step.target.clone()));
-        let mut outcomes = run.progress.ended.values();
         // What was told before the last step ended says nothing about it.
         let nodes: BTreeSet<&String> = self.plan.steps.iter().map(|step| &step.node).collect();
         for node in nodes {
             self.core.sessions.doubt(node);
         }
+        self.show(&[], &run.progress.ended);
+        let steps = self.plan.steps.iter();
+        let work = steps.map(|step| (step.work.kind(), step.target.clone()));
+        let mut outcomes = run.progress.ended.values();
         let ended = Ended {
             succeeded: outcomes.any(|outcome| *outcome == StepOutcome::Succeeded),
             superseded: self.desired.has_changed().unwrap_or(false),
@@ -254,10 +282,20 @@ impl Run {
 
     /// True while the system is still at the generation that this run is for.
     fn is_current(&self) -> bool {
-        super::stamps(&self.core).get(&self.key) == self.stamp.as_ref()
+        super::stamps(&self.core).get(system_of(&self.key)) == self.stamp.as_ref()
     }
 
     fn show(&self, running: &[u32], ended: &BTreeMap<u32, StepOutcome>) {
+        let unfinished = self
+            .plan
+            .steps
+            .iter()
+            .filter(|s| !ended.contains_key(&s.id));
+        let unfinished = unfinished.map(|step| Unfinished {
+            started: running.contains(&step.id),
+            step: step.clone(),
+        });
+        *self.left.lock().unwrap_or_else(PoisonError::into_inner) = unfinished.collect();
         let state = RunState {
             steps: self.plan.steps.clone(),
             running: running.to_vec(),

@@ -1,0 +1,89 @@
+//! Which runs are under way: one for each system, and one more beside it when it takes long.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::task::AbortHandle;
+use tokio::time::Instant;
+
+use super::side::Unfinished;
+
+/// A run that takes longer gets another one beside it, when something else is to be done for its system.
+const LONG: Duration = Duration::from_secs(1);
+/// Ends the name of the second slot of a system.
+const BESIDE: &str = "#beside";
+
+/// What a run has still to do; written by the run, read by the loop.
+pub type Left = Arc<Mutex<Vec<Unfinished>>>;
+
+/// The runs, by slot: the system's uid, or the same and [`BESIDE`].
+#[derive(Debug, Default)]
+pub struct Slots(BTreeMap<String, Running>);
+
+#[derive(Debug)]
+struct Running {
+    task: AbortHandle,
+    since: Instant,
+    left: Left,
+}
+
+/// The system of a slot.
+pub fn system_of(slot: &str) -> &str {
+    slot.strip_suffix(BESIDE).unwrap_or(slot)
+}
+
+impl Slots {
+    /// Number of runs.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Slots that are taken.
+    pub fn names(&self) -> BTreeSet<String> {
+        self.0.keys().cloned().collect()
+    }
+
+    /// Systems with a run.
+    pub fn systems(&self) -> BTreeSet<String> {
+        self.0
+            .keys()
+            .map(|slot| system_of(slot).to_owned())
+            .collect()
+    }
+
+    /// A free slot of a system.
+    pub fn free(&self, system: &str) -> Option<String> {
+        let beside = format!("{system}{BESIDE}");
+        let slots = [system.to_owned(), beside];
+        slots.into_iter().find(|slot| !self.0.contains_key(slot))
+    }
+
+    /// Takes a slot.
+    pub fn take(&mut self, slot: String, task: AbortHandle, left: Left) {
+        let since = Instant::now();
+        self.0.insert(slot, Running { task, since, left });
+    }
+
+    /// Frees the slots of runs that have ended.
+    pub fn tidy(&mut self) {
+        self.0.retain(|_, running| !running.task.is_finished());
+    }
+
+    /// What the runs of each system have still to do, for systems whose runs all take long.
+    pub fn long(&self) -> BTreeMap<String, Vec<Unfinished>> {
+        let mut long: BTreeMap<String, Vec<Unfinished>> = BTreeMap::new();
+        let mut short = BTreeSet::new();
+        for (slot, running) in &self.0 {
+            let system = system_of(slot).to_owned();
+            if running.since.elapsed() < LONG {
+                short.insert(system);
+                continue;
+            }
+            let left = running.left.lock().unwrap_or_else(PoisonError::into_inner);
+            long.entry(system).or_default().extend(left.iter().cloned());
+        }
+        long.retain(|system, _| !short.contains(system));
+        long
+    }
+}
