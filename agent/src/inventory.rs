@@ -30,6 +30,10 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// The same for one that did not answer the last time, so that it does not hold up everybody again.
 const ANSWER_SILENT: Duration = Duration::from_millis(250);
 
+/// Longest time from the end of a process's connections to its own.
+const DYING: Duration = Duration::from_millis(200);
+/// Between two looks at one that may be ending.
+const LOOK_AT_DYING: Duration = Duration::from_millis(10);
 /// Pause before another look at what is not well.
 const AGAIN: Duration = Duration::from_millis(500);
 
@@ -165,21 +169,33 @@ fn is_unwell(view: &View) -> bool {
     !view.responsive || view.inventory.components.iter().any(|c| c.busy.is_some())
 }
 
+/// True for a process that has ended, or is just ending: its connections are closed a moment before.
+async fn dies(manager: &Manager, patience: Duration) -> bool {
+    let end = Instant::now() + patience;
+    while !manager.has_died() {
+        if Instant::now() >= end {
+            return false;
+        }
+        sleep(LOOK_AT_DYING).await;
+    }
+    true
+}
+
 async fn ask(manager: &Manager) -> View {
-    let limit = if lock(&manager.seen).responsive {
-        ANSWER
-    } else {
-        ANSWER_SILENT
-    };
+    let answered = lock(&manager.seen).responsive;
+    let limit = if answered { ANSWER } else { ANSWER_SILENT };
     let answer = manager
         .link
         .call_within(RequestBody::Inventory, limit, limit)
         .await;
+    // One that was silent before may stay so for long, and is not waited for.
+    let patience = if answered { DYING } else { Duration::ZERO };
+    let dies = answer.is_err() && dies(manager, patience).await;
     let mut seen = lock(&manager.seen);
     match answer {
         Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory),
         // That it has died is told by its end alone.
-        _ if manager.has_died() => {}
+        _ if dies => {}
         _ => seen.responsive = false,
     }
     View {

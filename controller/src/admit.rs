@@ -46,6 +46,9 @@ pub struct Examined {
     observed: Observed,
 }
 
+/// Times that a request is examined when the system changes meanwhile.
+pub const ATTEMPTS: usize = 8;
+
 /// Node → types that it must have.
 type Types = BTreeMap<String, BTreeSet<String>>;
 
@@ -63,8 +66,13 @@ pub async fn admit(
     name: &str,
     request: &ApplyRequest,
 ) -> Result<Admitted, Problem> {
-    let examined = examine(core, name, request).await?;
-    examined.decide(core)?.ok_or_else(|| changed(name))
+    for _ in 0..ATTEMPTS {
+        let examined = examine(core, name, request).await?;
+        if let Some(admitted) = examined.decide(core)? {
+            return Ok(admitted);
+        }
+    }
+    Err(changed(name))
 }
 
 /// The system was changed by somebody else again and again while it was being examined.

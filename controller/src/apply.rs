@@ -15,9 +15,6 @@ use crate::ledger::Standing;
 use crate::store::{StoreError, SystemRecord};
 use crate::view::Happening;
 
-/// Times that a request is examined when the system changes meanwhile.
-const ATTEMPTS: usize = 4;
-
 /// What the stored system must be for a change of it to be wanted.
 #[derive(Debug, Clone, Default)]
 pub struct Precondition {
@@ -94,7 +91,7 @@ async fn apply_now(
     request: ApplyRequest,
     precondition: &Precondition,
 ) -> Result<ApplyResult, Problem> {
-    for _ in 0..ATTEMPTS {
+    for _ in 0..admit::ATTEMPTS {
         check_version(core, name, precondition)?;
         // Agents are asked before anything is locked: one that is slow holds up nobody else.
         let examined = admit::examine(core, name, &request).await?;
