@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rts_tests::{Stack, processes_of};
+use rts_tests::{Profile, Stack, processes_of};
 
 const HELLO: &str = "manifests/hello/system.xml";
 const CHANGED: &str = "manifests/hello/changed.xml";
@@ -17,6 +17,20 @@ fn up(stack: &Stack, state: &str) {
     stack.until("nodes", state, |nodes| {
         nodes.iter().any(|n| n["status"]["state"] == state)
     });
+}
+
+fn until_healthy(stack: &Stack, system: &str) {
+    stack.until("systems", "it is healthy", |systems| {
+        let found = systems.iter().find(|s| s["metadata"]["name"] == system);
+        found.is_some_and(|s| s["status"]["healthy"] == true && s["status"]["synced"] == true)
+    });
+}
+
+fn back_up(stack: &Stack) -> (PathBuf, String) {
+    let backup = stack.home().with_file_name("backup.json");
+    let file = backup.to_string_lossy().into_owned();
+    stack.expect(0, &["controller", "backup", &file]);
+    (backup, file)
 }
 
 #[test]
@@ -51,11 +65,7 @@ fn a_fresh_controller_adopts_what_runs() {
     std::fs::remove_file(store(&stack)).expect("the store is lost");
     up(&stack, "NotReady");
     stack.expect(0, &["controller", "adopt", "local"]);
-    stack.until("systems", "it is healthy", |systems| {
-        systems
-            .iter()
-            .any(|s| s["status"]["healthy"] == true && s["status"]["synced"] == true)
-    });
+    until_healthy(&stack, "hello");
     before.goes_on_undisturbed(&stack);
     stack.expect(0, &["diff", HELLO]);
     stack.expect(0, &["apply", HELLO]);
@@ -108,9 +118,7 @@ fn a_backup_is_restored_while_everything_runs() {
     let stack = Stack::new();
     stack.expect(0, &["apply", HELLO]);
     let before = stack.witness();
-    let backup = stack.home().with_file_name("backup.json");
-    let file = backup.to_string_lossy().into_owned();
-    stack.expect(0, &["controller", "backup", &file]);
+    let (_, file) = back_up(&stack);
     assert_eq!(
         stack.rtsctl(&["controller", "restore", &file]).code,
         2,
@@ -124,11 +132,7 @@ fn a_backup_is_restored_while_everything_runs() {
         }
         stack.expect(0, &["controller", "restore", &file, "--yes"]);
         up(&stack, "Ready");
-        stack.until("systems", "it is healthy", |systems| {
-            systems
-                .iter()
-                .any(|s| s["status"]["healthy"] == true && s["status"]["synced"] == true)
-        });
+        until_healthy(&stack, "hello");
         before.goes_on_undisturbed(&stack);
         stack.expect(0, &["diff", HELLO]);
     }
@@ -139,13 +143,32 @@ fn a_backup_is_restored_while_everything_runs() {
 }
 
 #[test]
+fn what_happened_since_the_backup_is_not_undone() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", HELLO]);
+    let (_, file) = back_up(&stack);
+    stack.expect(0, &["teardown", "hello", "--yes"]);
+    let chain = stack.write("chain.xml", Profile::chain("chain", 0).xml());
+    stack.expect(0, &["apply", &chain.to_string_lossy()]);
+    let before = stack.witness();
+    stack.expect(0, &["controller", "restore", &file, "--yes"]);
+    up(&stack, "Ready");
+    until_healthy(&stack, "chain");
+    before.goes_on_undisturbed(&stack);
+    assert_eq!(stack.witness().names(), before.names(), "hello stays down");
+    assert_eq!(stack.get("systems").len(), 1);
+    let events = stack.expect(0, &["events"]).out;
+    assert!(events.contains("TornDownSinceBackup"), "{events}");
+    stack.expect(0, &["diff", &chain.to_string_lossy()]);
+    stack.leaves_nothing();
+}
+
+#[test]
 fn a_damaged_backup_is_refused_before_anything_is_touched() {
     let stack = Stack::new();
     stack.expect(0, &["apply", HELLO]);
     let before = stack.witness();
-    let backup = stack.home().with_file_name("backup.json");
-    let file = backup.to_string_lossy().into_owned();
-    stack.expect(0, &["controller", "backup", &file]);
+    let (backup, file) = back_up(&stack);
     let good = std::fs::read_to_string(&backup).expect("the backup");
     for bad in [
         good.replacen("Sine0", "Sine1", 1),

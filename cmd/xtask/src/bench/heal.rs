@@ -9,9 +9,9 @@ use rts_manager_api::control::{ComponentInfo, RequestBody, ResponseBody};
 use rts_manager_api::files::{CONTROL_SOCKET, MANAGER_JSON, ManagerFile};
 use rustix::process::{Pid, Signal, kill_process};
 
+use super::Common;
 use super::stack::Stack;
 use super::{floors, stats};
-use crate::project;
 
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(30);
@@ -27,27 +27,16 @@ const SOURCE: &str = "Filter0";
 /// Arguments of `cargo xtask bench heal`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Counted runs of each row, after one that is not counted.
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    runs: u32,
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
-    /// Measure what is built already with this cargo profile; by default a release build is made first.
-    #[arg(long, value_name = "PROFILE")]
-    built: Option<String>,
+    #[command(flatten)]
+    common: Common,
 }
 
 /// Measures all rows, interleaved run by run, and prints them.
 pub fn run(args: &Args) -> Result<()> {
-    let profile = args.built.as_deref().unwrap_or("release");
-    if args.built.is_none() {
-        project::run(project::cargo().args(["build", "--release", "--workspace"]))?;
-    }
-    let programs = project::programs(profile);
+    let (profile, programs) = args.common.programs()?;
     let folder = tempfile::Builder::new().prefix("rtsb").tempdir_in("/tmp")?;
     let mut rows = [const { Vec::new() }; 3];
-    for run in 0..=args.runs {
+    for run in 0..=args.common.runs {
         let times = [
             heal(&programs, true)?,
             heal(&programs, false)?,
@@ -63,12 +52,12 @@ pub fn run(args: &Args) -> Result<()> {
     let rows: Vec<_> = rows
         .map(|(name, runs)| stats::Row::new(name, 1, runs))
         .collect();
-    if !args.json {
+    if !args.common.json {
         println!(
             "one component, {profile} build; a stack of its own for each run, so without back-off of earlier ones"
         );
     }
-    stats::print(&rows, args.json)
+    stats::print(&rows, args.common.json)
 }
 
 /// One death in a new stack. Without a controller, it is killed first and given up by the agent.

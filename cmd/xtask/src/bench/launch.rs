@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
+use super::Common;
 use super::stack::Stack;
 use super::{floors, stats};
-use crate::project;
 
 /// Components of each system.
 const COMPONENTS: u32 = 10;
@@ -22,29 +22,18 @@ pub struct Args {
     /// On a local stack over Unix sockets (the only way in this version).
     #[arg(long, required = true)]
     local: bool,
-    /// Counted runs of each row, after one that is not counted.
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    runs: u32,
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
-    /// Measure what is built already with this cargo profile; by default a release build is made first.
-    #[arg(long, value_name = "PROFILE")]
-    built: Option<String>,
+    #[command(flatten)]
+    common: Common,
 }
 
 /// Measures all rows, interleaved run by run, and prints them.
 pub fn run(args: &Args) -> Result<()> {
-    let profile = args.built.as_deref().unwrap_or("release");
-    if args.built.is_none() {
-        project::run(project::cargo().args(["build", "--release", "--workspace"]))?;
-    }
-    let programs = project::programs(profile);
+    let (profile, programs) = args.common.programs()?;
     let stack = Stack::start(&programs)?;
     let one = system(&stack, "one", false)?;
     let ten = system(&stack, "ten", true)?;
     let mut rows = [const { Vec::new() }; 4];
-    for run in 0..=args.runs {
+    for run in 0..=args.common.runs {
         let times = [
             apply(&stack, "one", &one)?,
             apply(&stack, "ten", &ten)?,
@@ -73,12 +62,12 @@ pub fn run(args: &Args) -> Result<()> {
         .zip(rows)
         .map(|(name, runs)| stats::Row::new(name, COMPONENTS, runs))
         .collect();
-    if !args.json {
+    if !args.common.json {
         println!(
             "{COMPONENTS} components, {profile} build, `rtsctl apply` included in the agent rows"
         );
     }
-    stats::print(&rows, args.json)
+    stats::print(&rows, args.common.json)
 }
 
 /// Writes a profile of components that share a process, or have one each.

@@ -6,14 +6,43 @@ mod launch;
 mod stack;
 mod stats;
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use clap::Subcommand;
+
+use crate::project;
 
 /// Arguments of `cargo xtask bench`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
     bench: Bench,
+}
+
+/// Arguments of every benchmark.
+#[derive(Debug, clap::Args)]
+struct Common {
+    /// Counted runs of each row, after one that is not counted.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: u32,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Measure what is built already with this cargo profile; by default a release build is made first.
+    #[arg(long, value_name = "PROFILE")]
+    built: Option<String>,
+}
+
+impl Common {
+    /// The cargo profile that is measured, and the folder of its programs, built when need be.
+    fn programs(&self) -> Result<(&str, PathBuf)> {
+        let profile = self.built.as_deref().unwrap_or("release");
+        if self.built.is_none() {
+            project::run(project::cargo().args(["build", "--release", "--workspace"]))?;
+        }
+        Ok((profile, project::programs(profile)))
+    }
 }
 
 #[derive(Debug, Subcommand)]
