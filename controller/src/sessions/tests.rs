@@ -221,9 +221,13 @@ async fn the_time_out_of_an_old_session_does_not_touch_the_new_one() {
 #[tokio::test]
 async fn another_protocol_names_the_side_to_upgrade() {
     let sessions = Sessions::default();
-    let mut greeting = greeting("a");
-    greeting.protocol_version = PROTOCOL_VERSION + 1;
-    let agent = Arc::new(http_agent("/nowhere").unwrap());
-    let refused = sessions.greet("n", greeting, agent, "u".into(), Timestamp::UNIX_EPOCH);
-    insta::assert_snapshot!(refused.unwrap_err(), @"the agent of node n speaks protocol 2, this controller 1: upgrade rts-controller");
+    let refused = |version| {
+        let mut greeting = greeting("a");
+        greeting.protocol_version = version;
+        let agent = Arc::new(http_agent("/nowhere").unwrap());
+        let refused = sessions.greet("n", greeting, agent, "u".into(), Timestamp::UNIX_EPOCH);
+        refused.unwrap_err().to_string()
+    };
+    insta::assert_snapshot!(refused(PROTOCOL_VERSION + 1), @"the agent of node n speaks protocol 3, this controller 2: upgrade rts-controller");
+    insta::assert_snapshot!(refused(PROTOCOL_VERSION - 1), @"the agent of node n speaks protocol 1, this controller 2: upgrade rts-agent");
 }
