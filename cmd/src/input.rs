@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use rts_controller_api::ClientError;
-use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_schemas::diagnostic::{Finding, Report, Severity};
 use rts_schemas::overlay;
 use rts_schemas::rts_profile::{self, Loaded, Places};
@@ -50,6 +50,8 @@ impl InputArgs {
             request: ApplyRequest {
                 spec: loaded.spec,
                 replace: self.replace,
+                targets: Vec::new(),
+                expect: Expect::default(),
             },
             places: loaded.places,
         })
@@ -187,10 +189,7 @@ mod tests {
         let loaded = rts_profile::load_with_places("hello.xml", HELLO.as_bytes(), None, &[]);
         let loaded = loaded.unwrap();
         Input {
-            request: ApplyRequest {
-                spec: loaded.spec,
-                replace: false,
-            },
+            request: ApplyRequest::of(loaded.spec),
             places: loaded.places,
         }
     }

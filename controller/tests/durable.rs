@@ -21,10 +21,7 @@ use rts_http::client::Client;
 use tokio::sync::Semaphore;
 
 fn request() -> ApplyRequest {
-    ApplyRequest {
-        spec: systems::hello(),
-        replace: false,
-    }
+    ApplyRequest::of(systems::hello())
 }
 
 fn core(store: impl Store) -> Arc<Core> {

@@ -49,10 +49,7 @@ async fn nothing_is_sent_to_a_node_of_another_store() {
     assert_eq!(status.state, "NotReady");
     assert_eq!(status.reason.as_deref(), Some("ForeignLedger"));
     insta::assert_snapshot!(status.message.unwrap(), @"node local belongs to another controller (cluster cluster, epoch 1, generation 1), and this one (stranger) changes nothing there; `rtsctl controller adopt local` makes what runs there this controller's, without a restart; `rtsctl controller take-over local` puts this controller's set in its place");
-    let request = ApplyRequest {
-        spec: second(),
-        replace: false,
-    };
+    let request = ApplyRequest::of(second());
     let refused = rts_controller::apply(&cluster.core, "second", request, None).await;
     let refused = refused.unwrap_err();
     assert_eq!(

@@ -57,10 +57,7 @@ async fn a_host_that_is_not_known_yet_after_a_restart_is_not_replaced_by_the_loc
     tokio::time::sleep(Duration::from_secs(10)).await;
     assert_eq!((local.incarnations(), robot.incarnations()), before);
     // Nor by an apply of the same file: the node is needed.
-    let request = rts_controller_api::requests::ApplyRequest {
-        spec: spec(None, Some("robot-host")),
-        replace: false,
-    };
+    let request = rts_controller_api::requests::ApplyRequest::of(spec(None, Some("robot-host")));
     let refused = rts_controller::apply(&cluster.core, "hello", request, None).await;
     assert_eq!(refused.unwrap_err().code, "node-not-ready");
     named(&mut cluster, &robot, "n2");
@@ -141,10 +138,7 @@ async fn an_apply_that_waits_for_a_slow_agent_holds_up_no_other() {
     robot.deafen("modules", true);
     let mut slow = spec(Some("robot"), None);
     slow.components[2].execution_context.rate = Some(5.0);
-    let request = rts_controller_api::requests::ApplyRequest {
-        spec: slow,
-        replace: false,
-    };
+    let request = rts_controller_api::requests::ApplyRequest::of(slow);
     let core = Arc::clone(&cluster.core);
     let slow =
         tokio::spawn(async move { rts_controller::apply(&core, "hello", request, None).await });

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use fleet::{Cluster, systems};
 use rts_controller_api::objects::{Connector, Kind, Node, Phase};
-use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::requests::{ApplyRequest, Expect};
 
 #[tokio::test(start_paused = true)]
 async fn an_applied_system_converges_and_applying_it_again_changes_nothing() {
@@ -195,6 +195,8 @@ async fn a_deleted_system_is_taken_down_then_forgotten() {
     let request = ApplyRequest {
         spec: systems::hello(),
         replace: true,
+        targets: Vec::new(),
+        expect: Expect::default(),
     };
     let refused = rts_controller::apply(&cluster.core, "hello", request, None).await;
     assert_eq!(refused.unwrap_err().code, "terminating");

@@ -6,7 +6,7 @@ mod fleet;
 
 use fleet::served::{problem, request, serve};
 use fleet::{Cluster, systems};
-use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_schemas::system::Placement;
 
 #[tokio::test]
@@ -146,6 +146,8 @@ async fn clashes_with_what_is_stored_are_conflicts() {
     let replaced = ApplyRequest {
         spec: stranger,
         replace: true,
+        targets: Vec::new(),
+        expect: Expect::default(),
     };
     assert!(served.controller.apply(&replaced).await.unwrap().changed);
 }

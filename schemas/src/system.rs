@@ -209,6 +209,38 @@ pub struct Policy {
     /// When it hangs (`rtsctl.onHang`).
     #[serde(default, skip_serializing_if = "OnHang::is_default")]
     pub on_hang: OnHang,
+    /// When a person changed it, or a connector of its out-ports, by hand (`rtsctl.drift`).
+    #[serde(default, skip_serializing_if = "DriftPolicy::is_default")]
+    pub drift: DriftPolicy,
+}
+
+/// What happens when what runs was changed by hand since the system was applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DriftPolicy {
+    /// It is put back.
+    #[default]
+    Repair,
+    /// It is told and left.
+    Ignore,
+    /// It becomes part of the stored system.
+    Adopt,
+}
+
+impl DriftPolicy {
+    /// Left out when written, so that a text from before this field was known keeps its digest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// As profiles and overlays write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Repair => "repair",
+            Self::Ignore => "ignore",
+            Self::Adopt => "adopt",
+        }
+    }
 }
 
 /// Default of [`Policy::restart_window_ms`].

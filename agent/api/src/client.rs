@@ -8,8 +8,9 @@ use rts_plan::observed::Inventory;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::messages::{
-    Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport, LogQuery, ModuleRequest,
-    ModuleResolution, NodeInfo, NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest,
+    ActRequest, Acted, Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport,
+    LogQuery, ModuleRequest, ModuleResolution, NodeInfo, NodeSpecEnvelope, NodeSpecReceipt,
+    ResolveRequest,
 };
 use crate::{AgentApi, BatchEvents, paths};
 
@@ -93,6 +94,11 @@ impl HttpAgent {
         let path = of_manager(paths::MANAGER_COMPONENT, manager);
         self.delete(&path.replace("{instance}", &segment(instance)))
             .await
+    }
+
+    /// Changes by hand what runs.
+    pub async fn act(&self, request: &ActRequest) -> Result<Acted, ClientError> {
+        self.http.send(Method::POST, paths::ACTS, request).await
     }
 
     async fn at_manager<B: Serialize, T: DeserializeOwned>(

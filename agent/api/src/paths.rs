@@ -24,3 +24,5 @@ pub const MANAGER_FACTORIES: &str = "/v1/managers/{manager}/factories";
 pub const MANAGER_COMPONENTS: &str = "/v1/managers/{manager}/components";
 /// `DELETE`: deletes a component that was created by hand.
 pub const MANAGER_COMPONENT: &str = "/v1/managers/{manager}/components/{instance}";
+/// `POST`: [`crate::messages::ActRequest`] changes what runs by hand; [`crate::messages::Acted`] back.
+pub const ACTS: &str = "/v1/acts";

@@ -161,6 +161,7 @@ fn configuration_changes_in_place_all_or_nothing() {
         active: None,
         rate,
         on_disconnect: None,
+        by_hand: None,
     };
     ok(
         &mut client,
@@ -233,6 +234,7 @@ fn a_failure_leads_to_error_with_its_reason_and_reset_leads_out() {
         active: None,
         rate: None,
         on_disconnect: None,
+        by_hand: None,
     };
     let reset = || RequestBody::Reset {
         instance: "A".to_owned(),

@@ -92,6 +92,7 @@ fn inside_a_process_samples_arrive_in_order_and_are_counted() {
         RequestBody::Disconnect {
             instance: "A".to_owned(),
             connector: C.to_owned(),
+            by_hand: None,
         },
     );
     assert!(component(&mut client, "A").connectors.is_empty());
@@ -297,6 +298,7 @@ fn unbinding_ends_the_connection_and_disconnecting_is_idempotent() {
             RequestBody::Disconnect {
                 instance: "A".to_owned(),
                 connector: C.to_owned(),
+                by_hand: None,
             },
         );
     }

@@ -57,6 +57,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 active,
                 rate,
                 on_disconnect: on_disconnect.map(|wanted| on_disconnect_name(wanted).to_owned()),
+                by_hand: None,
             };
             done(verb, &manager, request).await
         }
@@ -67,7 +68,15 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             done(verb, &manager, RequestBody::Reset { instance }).await
         }
         Work::Deactivate { manager, instance } => {
-            done_if_there(verb, &manager, RequestBody::Deactivate { instance }).await
+            done_if_there(
+                verb,
+                &manager,
+                RequestBody::Deactivate {
+                    instance,
+                    by_hand: None,
+                },
+            )
+            .await
         }
         Work::Delete { manager, instance } => delete(verb, &manager, instance).await,
         other => Err(StepError::Refused(format!(

@@ -41,6 +41,7 @@ pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(
         target_socket: (!same).then(|| socket.display().to_string()),
         target_incarnation: incarnation,
         properties: spec.properties,
+        by_hand: None,
     };
     dial(verb, &source, request).await
 }
@@ -65,6 +66,7 @@ async fn dial(verb: &Verb, source: &Manager, request: ConnectRequest) -> Result<
             let request = RequestBody::Disconnect {
                 instance: request.instance.clone(),
                 connector: request.connector.clone(),
+                by_hand: None,
             };
             source.link.done(request, verb.limit).await?;
             Ok(connect().await?)
@@ -134,6 +136,7 @@ pub(super) async fn disconnect(
         let request = RequestBody::Disconnect {
             instance,
             connector: connector.clone(),
+            by_hand: None,
         };
         let result = source.link.done(request, verb.limit).await;
         unless(FailureCode::NotFound, result)?;

@@ -68,6 +68,9 @@ fn step(id: StepId, needs: &[StepId]) -> Step {
         system: None,
         needs: needs.to_vec(),
         after_start_of: Vec::new(),
+        after_end_of: Vec::new(),
+        limits: Vec::new(),
+        because: Vec::new(),
         wait_ms: 0,
         reason: String::new(),
         work: Work::Activate {

@@ -28,6 +28,7 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         ports: Vec::new(),
         connectors: Vec::new(),
         bindings: Vec::new(),
+        by_hand: None,
     }
 }
 

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    Busy, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
+    Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
+    ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
     ManagerObserved, PortObserved,
 };
 use rts_schemas::system::{
@@ -122,7 +122,16 @@ fn component(
         executions: info.executions,
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
+        by_hand: info.by_hand.map(by_hand).unwrap_or_default(),
         instance: info.instance,
+    }
+}
+
+fn by_hand(info: ByHandInfo) -> ByHand {
+    ByHand {
+        configured: info.configured,
+        deactivated: info.deactivated,
+        disconnected: info.disconnected,
     }
 }
 
@@ -155,6 +164,7 @@ fn connector(
         target,
         target_incarnation: info.target_incarnation,
         properties: info.properties,
+        by_hand: info.by_hand,
         state: connector_state(&info.state),
         transport: info.transport,
         samples_sent: info.samples_sent,
@@ -240,6 +250,7 @@ mod tests {
             target_port: "in".to_owned(),
             target_incarnation: "B".to_owned(),
             properties: Default::default(),
+            by_hand: None,
             state: "Connected".to_owned(),
             transport: "direct".to_owned(),
             samples_sent: sent,

@@ -239,6 +239,7 @@ impl Fake {
                     target_port: request.target_port,
                     target_incarnation: request.target_incarnation,
                     properties: request.properties,
+                    by_hand: request.by_hand,
                     state: "Connected".to_owned(),
                     transport: match &request.target_socket {
                         Some(_) => "uds".to_owned(),
@@ -252,6 +253,7 @@ impl Fake {
             RequestBody::Disconnect {
                 instance,
                 connector,
+                ..
             } => {
                 if let Some(component) = components.get_mut(&instance) {
                     component.connectors.retain(|c| c.name != connector);
@@ -276,7 +278,7 @@ impl Fake {
                 note(&self.notes, &instance);
                 return turn(components, &instance, "Active");
             }
-            RequestBody::Deactivate { instance } | RequestBody::Reset { instance } => {
+            RequestBody::Deactivate { instance, .. } | RequestBody::Reset { instance } => {
                 return turn(components, &instance, "Inactive");
             }
             RequestBody::Delete { instance } => {
@@ -371,6 +373,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         ],
         connectors: Vec::new(),
         bindings: Vec::new(),
+        by_hand: None,
         instance: request.instance,
         type_name: request.type_name,
         system: request.system,

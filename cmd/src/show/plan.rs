@@ -152,6 +152,9 @@ mod tests {
             system: None,
             needs: needs.to_vec(),
             after_start_of: Vec::new(),
+            after_end_of: Vec::new(),
+            limits: Vec::new(),
+            because: Vec::new(),
             wait_ms: 0,
             reason: "it is not there".to_owned(),
             work,
@@ -180,6 +183,8 @@ mod tests {
             ..Plan::default()
         };
         PlanResult {
+            index: 3,
+            digest: plan.digest(),
             plan,
             notes: vec![
                 "host h is node local".to_owned(),

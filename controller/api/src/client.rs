@@ -1,13 +1,15 @@
 //! Client of the controller.
 
 use reqwest::Method;
-use rts_agent_api::messages::{CreateByHand, CreatedByHand, Factory, LogQuery, ModuleRequest};
+use rts_agent_api::messages::{
+    ActRequest, Acted, CreateByHand, CreatedByHand, Factory, LogQuery, ModuleRequest,
+};
 use rts_http::client::{Client, segment};
 use rts_http::lines::Lines;
 use serde::de::DeserializeOwned;
 
 use crate::objects::{Component, Kind, List, Node, System};
-use crate::requests::{ApplyRequest, ApplyResult, NodeClaimed, PlanResult, TakeOver};
+use crate::requests::{ApplyRequest, ApplyResult, Exported, NodeClaimed, PlanResult, TakeOver};
 use crate::watch::Watch;
 use crate::{ClientError, paths};
 
@@ -195,6 +197,17 @@ impl Controller {
         self.http
             .get(&of_manager(paths::MANAGER_FACTORIES, node, manager))
             .await
+    }
+
+    /// Changes by hand what runs on a node.
+    pub async fn act(&self, node: &str, request: &ActRequest) -> Result<Acted, ClientError> {
+        let path = of_node(paths::NODE_ACTS, node);
+        self.http.send(Method::POST, &path, request).await
+    }
+
+    /// What an apply of a system as it runs would take.
+    pub async fn export(&self, name: &str) -> Result<Exported, ClientError> {
+        self.http.get(&of_system(paths::SYSTEM_EXPORT, name)).await
     }
 
     /// Creates a component by hand.

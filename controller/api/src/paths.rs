@@ -4,6 +4,11 @@
 pub const SYSTEM: &str = "/v1/systems/{name}";
 /// `GET`: plan of the stored system; `POST` ([`crate::requests::ApplyRequest`]): what an apply would do. Nothing changes.
 pub const SYSTEM_PLAN: &str = "/v1/systems/{name}/plan";
+/// `GET`: [`crate::requests::Exported`].
+pub const SYSTEM_EXPORT: &str = "/v1/systems/{name}/export";
+/// `POST` ([`rts_agent_api::messages::ActRequest`] → [`rts_agent_api::messages::Acted`]): a change by hand of what runs on
+/// a node.
+pub const NODE_ACTS: &str = "/v1/nodes/{node}/acts";
 /// `GET`.
 pub const NODE: &str = "/v1/nodes/{name}";
 /// `POST`: what runs on a node of another controller becomes this one's.

@@ -17,6 +17,47 @@ pub struct ApplyRequest {
     /// Take the place of a stored system of another identity.
     #[serde(default)]
     pub replace: bool,
+    /// Only these of its components and connectors (`component/Sine0`, `connector/…`, or a bare name), and what they
+    /// cannot be without; everything else stays as it is stored. Empty for all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub targets: Vec<String>,
+    /// What must be true for it to be stored.
+    #[serde(default, skip_serializing_if = "Expect::is_empty")]
+    pub expect: Expect,
+}
+
+impl ApplyRequest {
+    /// All of a system, unconditionally.
+    pub fn of(spec: SystemSpec) -> Self {
+        Self {
+            spec,
+            replace: false,
+            targets: Vec::new(),
+            expect: Expect::default(),
+        }
+    }
+}
+
+/// What the one who applies has seen before, and relies on. All of it is checked together with the change.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Expect {
+    /// [`PlanResult::index`]: the stored system has not been changed since. Else 409 `stale-plan`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<u64>,
+    /// [`PlanResult::digest`]: the plan would be the very same now. Else 409 `stale-plan`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+    /// No process restarts and no component is made again. Else 409 `would-restart`.
+    #[serde(default)]
+    pub no_restart: bool,
+}
+
+impl Expect {
+    /// True when nothing is expected.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Answer to an apply.
@@ -38,6 +79,24 @@ pub struct PlanResult {
     /// The plan.
     pub plan: Plan,
     /// Which host went to which node, and other remarks.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// Number of the stored system's last change, durable; 0 while there is none. Another change gives another number,
+    /// also after a teardown.
+    #[serde(default)]
+    pub index: u64,
+    /// [`Plan::digest`](rts_plan::plan::Plan::digest).
+    #[serde(default)]
+    pub digest: String,
+}
+
+/// A running system, as what an apply would take.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Exported {
+    /// The stored system with what was changed by hand.
+    pub spec: SystemSpec,
+    /// What could not be taken over, and why.
     #[serde(default)]
     pub notes: Vec<String>,
 }

@@ -90,6 +90,22 @@ pub struct PlacedComponent {
     pub recreate_hash: String,
 }
 
+impl PlacedComponent {
+    /// SHA-256 over what can be changed in it by hand: configuration, active set and rate. A change by hand is marked
+    /// with it ([`crate::observed::ByHand`]).
+    pub fn settings_digest(&self) -> String {
+        let spec = &self.spec;
+        crate::place::digest_of(&(&spec.configuration, spec.execution_context.rate))
+    }
+}
+
+impl PlacedConnector {
+    /// SHA-256 over its spec. A change by hand is marked with it ([`crate::observed::ByHand`]).
+    pub fn digest(&self) -> String {
+        crate::place::digest_of(&self.spec)
+    }
+}
+
 /// A connector with the nodes and managers of its ends settled. The out-port end owns it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]

@@ -20,6 +20,7 @@ pub mod target;
 
 mod alone;
 mod bring_up;
+mod critical_path;
 mod decide;
 mod diff;
 mod graph;
@@ -31,6 +32,7 @@ mod peers;
 mod take_down;
 
 pub use check::check_orders;
+pub use critical_path::{critical_path, nominal_micros};
 pub use place::{
     NodeFacts, PlaceError, Placed, Settled, StoredSystem, digest, node_of_host, place,
     place_settled,

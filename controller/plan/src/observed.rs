@@ -149,6 +149,38 @@ pub struct ComponentObserved {
     pub ports: Vec<PortObserved>,
     /// Connectors of which it is the source (data: the out-port end).
     pub connectors: Vec<ConnectorObserved>,
+    /// What a person changed in it since the plan last did.
+    #[serde(default, skip_serializing_if = "ByHand::is_empty")]
+    pub by_hand: ByHand,
+}
+
+/// What a person changed in a component, each with a mark that says what was desired at that moment: once something
+/// else is desired, the change is no drift any more, but simply what the new wish replaces. Kept by the manager.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ByHand {
+    /// Configuration values or the active set were set by hand, over [`PlacedComponent::settings_digest`].
+    ///
+    /// [`PlacedComponent::settings_digest`]: crate::desired::PlacedComponent::settings_digest
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configured: Option<String>,
+    /// It was deactivated by hand, over [`PlacedComponent::settings_digest`].
+    ///
+    /// [`PlacedComponent::settings_digest`]: crate::desired::PlacedComponent::settings_digest
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deactivated: Option<String>,
+    /// Connectors of its out-ports that were disconnected by hand: name → [`PlacedConnector::digest`].
+    ///
+    /// [`PlacedConnector::digest`]: crate::desired::PlacedConnector::digest
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub disconnected: BTreeMap<String, String>,
+}
+
+impl ByHand {
+    /// True when nothing was changed by hand.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// A port that a component really has.
@@ -180,6 +212,12 @@ pub struct ConnectorObserved {
     pub target_incarnation: String,
     /// Properties that it was made with.
     pub properties: BTreeMap<String, String>,
+    /// Made by a person: over [`PlacedConnector::digest`] of the desired connector of this name, or over the empty text
+    /// where none was desired. None for one that a plan made.
+    ///
+    /// [`PlacedConnector::digest`]: crate::desired::PlacedConnector::digest
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_hand: Option<String>,
     /// State now.
     pub state: ConnectorState,
     /// Kind of transport (`direct` in one process, `uds` between processes).

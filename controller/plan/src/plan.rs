@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
+use rts_schemas::system::{Configuration, DriftPolicy, ExecutionKind, OnDisconnect};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -20,8 +20,15 @@ pub struct Plan {
     pub restarts: Vec<Restart>,
     /// What cannot be planned now, and why.
     pub waiting_on: Vec<WaitingOn>,
-    /// Remarks: drift, dropped preferences.
+    /// What a person changed by hand since the system was applied, and what becomes of it. What is repaired is among the
+    /// changes too; the rest is no difference.
+    #[serde(default)]
+    pub drift: Vec<Drift>,
+    /// Remarks: what was made by hand, dropped preferences.
     pub notes: Vec<String>,
+    /// The chain of steps that takes longest, first to last; see [`crate::critical_path`].
+    #[serde(default)]
+    pub critical_path: Vec<StepId>,
 }
 
 impl Plan {
@@ -30,10 +37,61 @@ impl Plan {
         self.changes.is_empty() && self.steps.is_empty()
     }
 
+    /// SHA-256 over what would be done: targets, actions, fields and steps, without words and remarks. Two plans with one
+    /// digest do the same, in the same order, to the same processes.
+    pub fn digest(&self) -> String {
+        let changes: Vec<_> = self
+            .changes
+            .iter()
+            .map(|c| (c.action, &c.target, &c.system, &c.fields))
+            .collect();
+        let steps: Vec<_> = self
+            .steps
+            .iter()
+            .map(|s| {
+                let before = (&s.needs, &s.after_start_of, &s.after_end_of, &s.limits);
+                (s.id, &s.node, &s.target, &s.work, before, s.wait_ms)
+            })
+            .collect();
+        crate::place::digest_of(&(changes, steps))
+    }
+
     /// True when nothing differs and nothing is waited for.
     pub fn in_step(&self) -> bool {
         self.is_empty() && self.waiting_on.is_empty()
     }
+}
+
+/// What a person changed by hand in one target.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Drift {
+    /// `component/Filter0`, `connector/Sine0.out-Filter0.in`.
+    pub target: String,
+    /// System the target belongs to.
+    pub system: String,
+    /// What becomes of it (`rtsctl.drift` of the component, or of the connector's source).
+    pub policy: DriftPolicy,
+    /// What kind of difference it is.
+    pub kind: DriftKind,
+    /// What it is, in words (`was disconnected by hand`).
+    pub reason: String,
+    /// The fields that differ: `old` is desired, `new` is found. Names as in [`Change::fields`]; `state` for the
+    /// lifecycle state. Of a connector that nobody desired: `source`, `target` and `properties.…`, all new.
+    #[serde(default)]
+    pub fields: Vec<FieldChange>,
+}
+
+/// Kind of a [`Drift`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub enum DriftKind {
+    /// It is there, and differs.
+    Changed,
+    /// A connector that is there and not desired.
+    Extra,
+    /// A connector that is desired and not there.
+    Missing,
 }
 
 /// One difference.
@@ -136,14 +194,122 @@ pub struct Step {
     /// nothing up.
     #[serde(default)]
     pub after_start_of: Vec<StepId>,
+    /// Steps that must have *ended*, well or not, before it starts: an optional component holds nobody up for longer
+    /// than its own try takes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub after_end_of: Vec<StepId>,
+    /// How long it waits at most for some of the steps above (`Preceding` with a time-out).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<Limit>,
     /// Milliseconds to sleep after its needs are met (`WaitTime`).
     #[serde(default)]
     pub wait_ms: u32,
     /// Why.
     pub reason: String,
+    /// Which rule of an order, or which preference, put which step before it. Steps above that are not named here are
+    /// what the work itself rests on (a process before what is loaded into it).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub because: Vec<Because>,
     /// What to do; its tag is the step's `kind`.
     #[serde(flatten)]
     pub work: Work,
+}
+
+impl Step {
+    /// All steps that stand before it, in whatever way; one may occur twice.
+    pub fn before(&self) -> impl Iterator<Item = StepId> + '_ {
+        let all = self.needs.iter().chain(&self.after_start_of);
+        all.chain(&self.after_end_of).copied()
+    }
+}
+
+/// How long a step waits for others. It is counted from when everything else that stands before the step is met.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Limit {
+    /// Which; each is also among the step's `needs`, `afterStartOf` or `afterEndOf`.
+    pub steps: Vec<StepId>,
+    /// Milliseconds, above 0.
+    pub ms: u32,
+    /// What happens then.
+    pub then: OnTimeout,
+}
+
+/// What a step does when it has waited for long enough.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub enum OnTimeout {
+    /// It fails, and is tried again as what fails is (bringing up).
+    Fail,
+    /// It goes ahead without them (taking down: nothing is kept alive by an order).
+    GoOn,
+}
+
+/// One of the seven orders of an RTS Profile.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
+#[allow(missing_docs, reason = "named as in the profile")]
+pub enum OrderName {
+    StartUp,
+    ShutDown,
+    Activation,
+    Deactivation,
+    Resetting,
+    Initializing,
+    Finalizing,
+}
+
+impl OrderName {
+    /// As the profile spells it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::StartUp => "StartUp",
+            Self::ShutDown => "ShutDown",
+            Self::Activation => "Activation",
+            Self::Deactivation => "Deactivation",
+            Self::Resetting => "Resetting",
+            Self::Initializing => "Initializing",
+            Self::Finalizing => "Finalizing",
+        }
+    }
+}
+
+/// Why one step stands before another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Because {
+    /// The step before.
+    pub step: StepId,
+    /// The rule.
+    pub rule: Rule,
+}
+
+/// A rule by which one step stands before another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "camelCase")]
+pub enum Rule {
+    /// A lower sequence number.
+    Sequence {
+        /// Of which order.
+        order: OrderName,
+    },
+    /// `Preceding` with `SYNC`: the other must be in the state.
+    Sync {
+        /// Of which order.
+        order: OrderName,
+    },
+    /// `Preceding` with `ASYNC` or `NO_SYNC`: the other must have been asked.
+    Async {
+        /// Of which order.
+        order: OrderName,
+    },
+    /// A preference: a service provider comes up before its consumers, and goes down after them.
+    ProviderFirst,
+    /// A preference: what a source feeds comes up before the source.
+    DownStreamFirst,
+    /// A preference: a source goes down before what it feeds.
+    UpStreamFirst,
 }
 
 /// What a step does. Every value that an executor needs is here.

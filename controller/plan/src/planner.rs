@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 
 use crate::alone::made_by_hand;
 use crate::bring_up::{self, Up};
+use crate::critical_path::critical_path;
 use crate::decide::{Decisions, Stop};
 use crate::desired::Desired;
 use crate::diff;
@@ -46,7 +47,9 @@ pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
         changes: diff::changes(&facts, &decisions, &links, &down, &up),
         restarts: diff::restarts(&facts, &decisions),
         waiting_on: waiting_on(&facts, &decisions, &links, &down, &up, &numbered),
+        drift: Vec::new(),
         notes: notes(&facts, &decisions, &links, &numbered),
+        critical_path: critical_path(&numbered.steps),
         steps: numbered.steps,
     }
 }

@@ -86,6 +86,8 @@ pub async fn plan(
 ) -> Answer<Json<PlanResult>> {
     let admitted = admit::admit(&app.core, &name, &request).await?;
     Ok(Json(PlanResult {
+        index: 0,
+        digest: admitted.plan.digest(),
         plan: admitted.plan,
         notes: admitted.notes,
     }))
@@ -105,7 +107,12 @@ pub async fn stored_plan(
     let placed = app.core.place(None);
     let plan = admit::plan(&app.core, &placed).await;
     let notes = placed.notes.get(&name).cloned().unwrap_or_default();
-    Ok(Json(PlanResult { plan, notes }))
+    Ok(Json(PlanResult {
+        index: 0,
+        digest: plan.digest(),
+        plan,
+        notes,
+    }))
 }
 
 /// Nodes of a DELETE's query that are not waited for.

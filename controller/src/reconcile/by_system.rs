@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use rts_plan::plan::{Plan, Step, StepId};
+use rts_plan::plan::{Limit, Plan, Step, StepId};
 
 /// Key of a step's run: the uid of its system; empty for what belongs to none.
 pub fn key(step: &Step) -> &str {
@@ -24,10 +24,18 @@ pub fn by_system(plan: &Plan) -> BTreeMap<String, Plan> {
             };
             ids.iter().map(number).collect()
         };
-        let (Some(needs), Some(starts)) = (renumber(&step.needs), renumber(&step.after_start_of))
-        else {
+        let (Some(needs), Some(starts), Some(ends)) = (
+            renumber(&step.needs),
+            renumber(&step.after_start_of),
+            renumber(&step.after_end_of),
+        ) else {
             continue;
         };
+        let limits = step.limits.iter().filter_map(|limit| {
+            let steps = renumber(&limit.steps)?;
+            Some(Limit { steps, ..*limit })
+        });
+        let limits = limits.collect();
         let own = &mut plans.entry(key.to_owned()).or_default().steps;
         let id = own.last().map_or(1, |last| last.id + 1);
         numbers.insert(step.id, (key, id));
@@ -35,6 +43,10 @@ pub fn by_system(plan: &Plan) -> BTreeMap<String, Plan> {
             id,
             needs,
             after_start_of: starts,
+            after_end_of: ends,
+            limits,
+            // Its reasons are for people, who see the whole plan.
+            because: Vec::new(),
             ..step.clone()
         });
     }
@@ -59,6 +71,9 @@ mod tests {
             }),
             needs: needs.to_vec(),
             after_start_of: Vec::new(),
+            after_end_of: Vec::new(),
+            limits: Vec::new(),
+            because: Vec::new(),
             wait_ms: 0,
             reason: String::new(),
             work: Work::Install {

@@ -37,6 +37,11 @@ pub fn beside(plan: &Plan, unfinished: &[Unfinished]) -> Option<Plan> {
     let steps = free.map(|step| {
         let mut step = step.clone();
         step.after_start_of.retain(|id| !begun.contains(id));
+        step.because.retain(|why| !begun.contains(&why.step));
+        for limit in &mut step.limits {
+            limit.steps.retain(|id| !begun.contains(id));
+        }
+        step.limits.retain(|limit| !limit.steps.is_empty());
         step
     });
     let free = Plan {
@@ -103,6 +108,9 @@ mod tests {
             system: Some(system),
             needs: needs.to_vec(),
             after_start_of: after.to_vec(),
+            after_end_of: Vec::new(),
+            limits: Vec::new(),
+            because: Vec::new(),
             wait_ms: 0,
             reason: String::new(),
             work: match target.starts_with("manager/") {

@@ -160,6 +160,7 @@ fn change(state: &mut State, step: &Step) {
             executions: 0,
             ports: Vec::new(),
             connectors: Vec::new(),
+            by_hand: rts_plan::observed::ByHand::default(),
         }),
         Work::Configure {
             manager,
@@ -195,6 +196,7 @@ fn change(state: &mut State, step: &Step) {
                 target: connector.spec.target.clone(),
                 target_incarnation,
                 properties: connector.spec.properties.clone(),
+                by_hand: None,
                 state: ConnectorState::Connected,
                 transport: "direct".into(),
                 samples_sent: 0,

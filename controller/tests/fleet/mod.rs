@@ -147,10 +147,7 @@ impl Cluster {
 
     pub async fn apply(&self, spec: SystemSpec) -> ApplyResult {
         let name = spec.name.clone();
-        let request = ApplyRequest {
-            spec,
-            replace: false,
-        };
+        let request = ApplyRequest::of(spec);
         rts_controller::apply(&self.core, &name, request, None)
             .await
             .unwrap()

@@ -53,10 +53,7 @@ pub async fn serve(cluster: Cluster) -> Served {
 }
 
 pub fn request(spec: SystemSpec) -> ApplyRequest {
-    ApplyRequest {
-        spec,
-        replace: false,
-    }
+    ApplyRequest::of(spec)
 }
 
 pub fn problem<T: std::fmt::Debug>(result: Result<T, ClientError>) -> Problem {

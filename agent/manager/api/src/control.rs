@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
-    BindingInfo, Busy, ComponentInfo, ConnectorInfo, ManagerInventory, ModuleInfo, PortInfo,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, ModuleInfo,
+    PortInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use crate::greeting::Greeting;

@@ -309,6 +309,7 @@ impl Component {
             ports: self.module.port_infos(),
             connectors: Vec::new(),
             bindings: Vec::new(),
+            by_hand: None,
         }
     }
 

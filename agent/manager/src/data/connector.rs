@@ -140,6 +140,7 @@ impl Connector {
             target_port: self.request.target_port.clone(),
             target_incarnation: self.request.target_incarnation.clone(),
             properties: self.request.properties.clone(),
+            by_hand: self.request.by_hand.clone(),
             state: self.state().to_owned(),
             transport: transport.to_owned(),
             samples_sent: self.sent.load(Ordering::Acquire),

@@ -38,6 +38,7 @@ pub fn handle(
             active,
             rate,
             on_disconnect,
+            by_hand: _,
         } => {
             let on_disconnect = on_disconnect.as_deref().map(policy).transpose()?;
             let action = Action::Configure {
@@ -54,9 +55,10 @@ pub fn handle(
         RequestBody::Disconnect {
             instance,
             connector,
+            by_hand: _,
         } => Ok(connect::disconnect(manager, &instance, &connector)),
         RequestBody::Activate { instance } => act(&instance, Action::Activate),
-        RequestBody::Deactivate { instance } => act(&instance, Action::Deactivate),
+        RequestBody::Deactivate { instance, .. } => act(&instance, Action::Deactivate),
         RequestBody::Reset { instance } => act(&instance, Action::Reset),
         RequestBody::Delete { instance } => match manager.component(&instance) {
             Ok(component) => {

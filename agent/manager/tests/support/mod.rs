@@ -176,6 +176,7 @@ pub fn activate(instance: &str) -> RequestBody {
 pub fn deactivate(instance: &str) -> RequestBody {
     RequestBody::Deactivate {
         instance: instance.to_owned(),
+        by_hand: None,
     }
 }
 
@@ -198,6 +199,7 @@ pub fn disconnect(instance: &str, connector: &str) -> RequestBody {
     RequestBody::Disconnect {
         instance: instance.to_owned(),
         connector: connector.to_owned(),
+        by_hand: None,
     }
 }
 
@@ -217,6 +219,7 @@ pub fn connection(
         target_socket: socket.map(|path| path.display().to_string()),
         target_incarnation: incarnation.to_owned(),
         properties: BTreeMap::from([("k".to_owned(), "v".to_owned())]),
+        by_hand: None,
     }
 }
 
@@ -266,6 +269,7 @@ pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: Some(policy.to_owned()),
+        by_hand: None,
     }
 }
 

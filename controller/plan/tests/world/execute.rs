@@ -272,6 +272,7 @@ impl World {
             target: spec.target.clone(),
             target_incarnation: target,
             properties: spec.properties.clone(),
+            by_hand: None,
             state: ConnectorState::Connected,
             transport: "uds".to_owned(),
             samples_sent: 0,

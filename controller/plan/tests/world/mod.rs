@@ -265,6 +265,7 @@ impl World {
             executions: 0,
             ports: Vec::new(),
             connectors: Vec::new(),
+            by_hand: rts_plan::observed::ByHand::default(),
         }
     }
 

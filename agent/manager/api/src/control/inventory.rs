@@ -97,6 +97,24 @@ pub struct ComponentInfo {
     pub connectors: Vec<ConnectorInfo>,
     /// Bindings of its in-ports.
     pub bindings: Vec<BindingInfo>,
+    /// What a person changed since the plan last did; none from a manager that does not keep it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_hand: Option<ByHandInfo>,
+}
+
+/// What a person changed in a component: marks, opaque here, as the requests brought them.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ByHandInfo {
+    /// Of the last `Configure` by hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configured: Option<String>,
+    /// Of the `Deactivate` by hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deactivated: Option<String>,
+    /// Of each `Disconnect` by hand, by connector name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub disconnected: BTreeMap<String, String>,
 }
 
 /// A callback that does not return.
@@ -125,6 +143,9 @@ pub struct ConnectorInfo {
     pub target_incarnation: String,
     /// As given.
     pub properties: BTreeMap<String, String>,
+    /// As given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_hand: Option<String>,
     /// `Connected`, `Connecting`, `Disconnected`.
     pub state: String,
     /// `direct` or `uds`.

@@ -51,6 +51,11 @@ pub enum RequestBody {
         /// `keep`, `deactivate` or `stop` when a peer is lost; none leaves it. Since version 2.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on_disconnect: Option<String>,
+        /// Done by a person: the mark to keep and report ([`ByHandInfo`]). None: by the plan, which ends the mark.
+        ///
+        /// [`ByHandInfo`]: super::ByHandInfo
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        by_hand: Option<String>,
     },
     /// Let the named connector be bound to an in-port: a data connection that says otherwise is refused. Answer: `Bound`.
     Bind(Binding),
@@ -67,6 +72,10 @@ pub enum RequestBody {
         instance: String,
         /// Connector name.
         connector: String,
+        /// Done by a person: the mark to keep and report until a connector of this name is made again. None: by the
+        /// plan, which ends the mark.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        by_hand: Option<String>,
     },
     /// Activate. Answer: `Done` when it is Active. Refused (`ComponentFailed`) while `on_disconnect` is not `keep` and a
     /// connector is lost at this end, until it is connected again, disconnected here or unbound here.
@@ -79,6 +88,9 @@ pub enum RequestBody {
     Deactivate {
         /// Instance name.
         instance: String,
+        /// Done by a person: the mark to keep and report until it is activated. None: by the plan.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        by_hand: Option<String>,
     },
     /// Error → Inactive. Answer: `Done`.
     Reset {
@@ -174,6 +186,9 @@ pub struct ConnectRequest {
     pub target_incarnation: String,
     /// Connector properties, reported back.
     pub properties: BTreeMap<String, String>,
+    /// Done by a person: reported back with the connector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_hand: Option<String>,
 }
 
 #[cfg(test)]
@@ -188,6 +203,7 @@ mod tests {
             active: None,
             rate: None,
             on_disconnect: Some("stop".to_owned()),
+            by_hand: None,
         };
         let text =
             |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
