@@ -25,6 +25,7 @@ const ALWAYS: Policy = Policy {
     start_timeout_ms: None,
     liveness_timeout_ms: None,
     on_hang: rts_schemas::system::OnHang::Report,
+    drift: rts_schemas::system::DriftPolicy::Repair,
 };
 
 fn system() -> SystemRef {
