@@ -67,6 +67,8 @@ pub(crate) struct Agent {
     pub restarts: Restarts,
     pub batches: Batches,
     pub events: Events,
+    /// Revision of the inventory and generation of the spec for which marks of changes by hand were last compared.
+    pub marks_checked: std::sync::Mutex<(u64, u64)>,
     /// Rings when the inventory may have changed.
     pub dirty: Notify,
     /// Whether a controller is there.
@@ -104,6 +106,7 @@ impl Agent {
             restarts,
             batches: Batches::default(),
             events: Events::default(),
+            marks_checked: Default::default(),
             dirty: Notify::new(),
             lease: Lease::default(),
             failures: Default::default(),

@@ -1,5 +1,6 @@
 //! The HTTP API of an agent. Every handler takes a [`rts_http::server::Principal`].
 
+mod acts;
 mod batches;
 mod health;
 mod managers;
@@ -52,6 +53,7 @@ fn documented() -> OpenApiRouter<Arc<Agent>> {
         .routes(routes!(managers::factories))
         .routes(routes!(managers::create_component))
         .routes(routes!(managers::delete_component))
+        .routes(routes!(acts::act))
 }
 
 /// The description of the API.

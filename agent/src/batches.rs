@@ -24,7 +24,7 @@ const MAX_ENDED: usize = 16;
 /// Most steps of a batch.
 const MAX_STEPS: usize = 100_000;
 /// Longest deadline of a batch.
-const MAX_DEADLINE: Duration = Duration::from_secs(24 * 3600);
+pub(crate) const MAX_DEADLINE: Duration = Duration::from_secs(24 * 3600);
 /// Most words that wait for a batch.
 const WORDS: usize = 256;
 

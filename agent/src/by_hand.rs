@@ -1,6 +1,8 @@
-//! What people do at a manager without a system: load modules, create and delete components.
+//! What people do by hand: load modules, create and delete components without a system, and change what runs.
 
+mod act;
 mod answers;
+mod stale;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -2,9 +2,10 @@
 //!
 //! Which step may start is [`queue::Queue`]'s business; what a step does is [`CarryOut`]'s.
 
-mod activate;
+pub(crate) mod activate;
 mod component;
-mod connector;
+pub(crate) mod connector;
+mod in_vain;
 mod manager;
 mod module;
 mod queue;
@@ -23,10 +24,11 @@ use tokio::task::{Id, JoinSet};
 use tokio::time::{Instant, sleep_until, timeout_at};
 
 pub(crate) use component::kind_name;
+use queue::Armed;
 #[cfg(test)]
 use queue::BatchFault;
 pub(crate) use queue::Queue;
-pub(crate) use verb::{Hands, StepError};
+pub(crate) use verb::{Hands, StepError, Verb, limit, usual_limit};
 
 use crate::manager_link::GRACE;
 
@@ -67,6 +69,7 @@ pub(crate) async fn run(
         tell: &tell,
         end,
         sleeping: BTreeSet::new(),
+        limits: BTreeSet::new(),
         ready: BTreeSet::new(),
         running: JoinSet::new(),
         names: HashMap::new(),
@@ -84,6 +87,8 @@ struct Runner<'a> {
     end: Instant,
     /// Steps whose needs are met and that wait out their `wait_ms`.
     sleeping: BTreeSet<(Instant, StepId)>,
+    /// Limits whose time runs.
+    limits: BTreeSet<(Instant, StepId, usize)>,
     /// Steps that may start as soon as there is room.
     ready: BTreeSet<StepId>,
     running: JoinSet<(StepId, StepOutcome, Duration)>,
@@ -98,12 +103,16 @@ impl Runner<'_> {
             if self.end <= Instant::now() {
                 self.cancel("the batch ran out of time");
             }
+            // What has ended counts before any time that is over just now.
+            while let Some(joined) = self.running.try_join_next_with_id() {
+                self.joined(joined);
+            }
             self.wake();
             self.start();
             if self.queue.is_over() && self.running.is_empty() {
                 return;
             }
-            let alarm = self.sleeping.first().map_or(self.end, |(at, _)| *at);
+            let alarm = self.alarm();
             let expired = self.end <= Instant::now();
             tokio::select! {
                 Some(joined) = self.running.join_next_with_id() => self.joined(joined),
@@ -112,14 +121,27 @@ impl Runner<'_> {
                     Some(Word::Cancel(reason)) => self.cancel(&reason),
                     None => talking = false,
                 },
-                () = sleep_until(alarm.min(self.end)), if !expired => {}
+                () = sleep_until(alarm), if !expired => {}
             }
         }
+    }
+
+    /// When time alone changes something next.
+    fn alarm(&self) -> Instant {
+        let sleeping = self.sleeping.first().map(|(at, _)| *at);
+        let limit = self.limits.first().map(|(at, ..)| *at);
+        let times = sleeping.into_iter().chain(limit);
+        times.fold(self.end, Instant::min)
     }
 
     /// Moves steps on whose needs are met, or whose wait is over.
     fn wake(&mut self) {
         let now = Instant::now();
+        self.expire(now);
+        for Armed { step, limit, ms } in self.queue.take_armed() {
+            let end = now + Duration::from_millis(ms.into());
+            self.limits.insert((end, step, limit));
+        }
         for id in self.queue.take_ready() {
             let wait = Duration::from_millis(self.steps[&id].wait_ms.into());
             self.sleeping.insert((now + wait, id));
@@ -129,6 +151,20 @@ impl Runner<'_> {
         {
             self.sleeping.pop_first();
             self.ready.insert(id);
+        }
+    }
+
+    /// Ends the waits that have a limit and took that long.
+    fn expire(&mut self, now: Instant) {
+        while let Some((at, id, limit)) = self.limits.first().copied()
+            && at <= now
+        {
+            self.limits.pop_first();
+            let missing = self.queue.expire(id, limit);
+            if !missing.is_empty() {
+                let reason = in_vain::reason(&self.steps, id, limit, &missing);
+                self.finished(id, failed(reason), Duration::ZERO);
+            }
         }
     }
 
@@ -142,7 +178,7 @@ impl Runner<'_> {
             let now = Instant::now();
             let limit = self.hands.limit(&step).min(self.end - now);
             let end = (now + limit + GRACE).min(self.end);
-            let what = format!("{} {}", step.work.kind(), step.target);
+            let what = what(&step);
             let work = self.hands.carry_out(step, limit);
             let task = self.running.spawn(async move {
                 let outcome = match timeout_at(end, work).await {
@@ -228,6 +264,7 @@ impl Runner<'_> {
     fn cancel(&mut self, reason: &str) {
         self.ready.clear();
         self.sleeping.clear();
+        self.limits.clear();
         for step in self.queue.cancel() {
             self.tell_skipped(step, None, reason.to_owned());
         }
@@ -240,6 +277,11 @@ impl Runner<'_> {
             micros: 0,
         });
     }
+}
+
+/// A step in words.
+fn what(step: &Step) -> String {
+    format!("{} {}", step.work.kind(), step.target)
 }
 
 fn failed(reason: String) -> StepOutcome {

@@ -5,6 +5,7 @@
 
 mod back_off;
 mod lease;
+mod patience;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,14 +20,16 @@ use rts_plan::{plan, target};
 use tokio::time::sleep;
 
 use crate::agent::Agent;
+use crate::batches::MAX_DEADLINE;
 use crate::events::lock;
 
 pub(crate) use back_off::BackOff;
 pub(crate) use lease::Lease;
+use patience::patience;
 
 /// How often the agent looks whether it has to act.
 const LOOK: Duration = Duration::from_millis(250);
-/// A plan that is not done by then is made anew.
+/// A plan that is not done by then, beside what its steps wait on purpose or may take longer than others, is made anew.
 const DEADLINE: Duration = Duration::from_secs(120);
 /// Most steps at once.
 const PARALLELISM: u32 = 16;
@@ -60,7 +63,8 @@ async fn heal(agent: &Arc<Agent>, after: Duration) {
         return;
     }
     agent.events.push(told(agent, steps.len()));
-    let batch = batch(&spec, steps);
+    let deadline = DEADLINE + patience(&steps, &agent.policies());
+    let batch = batch(&spec, steps, deadline.min(MAX_DEADLINE));
     let plan_id = batch.plan_id.clone();
     let targets = targets(&batch.steps);
     let entry = match agent.submit(batch).await {
@@ -95,7 +99,7 @@ fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<St
     plan(&desired, &observed, &blocked).steps
 }
 
-fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>) -> Batch {
+fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>, deadline: Duration) -> Batch {
     Batch {
         plan_id: format!("heal-{}", uuid::Uuid::new_v4()),
         cluster_uid: spec.cluster_uid.clone(),
@@ -103,7 +107,7 @@ fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>) -> Batch {
         generation: spec.generation,
         steps,
         gates: Vec::new(),
-        deadline_ms: DEADLINE.as_millis().try_into().unwrap_or(u64::MAX),
+        deadline_ms: deadline.as_millis().try_into().unwrap_or(u64::MAX),
         parallelism: PARALLELISM,
     }
 }

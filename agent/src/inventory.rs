@@ -135,6 +135,7 @@ impl Agent {
         if inventory.revision != before {
             self.events.bell.notify_one();
         }
+        self.forget_stale_marks(&inventory);
         self.inventory.ended.store(number, Ordering::SeqCst);
         inventory
     }

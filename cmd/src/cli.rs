@@ -6,8 +6,8 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    apply, completion, controller, describe, diff, docs, down, events, get, logs, manager, plan,
-    teardown, up, version,
+    activate, apply, completion, conf, connect, controller, deactivate, describe, diff, disconnect,
+    docs, down, events, explain, export, get, logs, manager, plan, reset, teardown, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -41,9 +41,9 @@ Exit status:
   4    the controller or an agent cannot be reached
   5    partly applied
   6    the deadline passed
-  7    conflict with what is there
+  7    conflict with what is there, or a stale plan
   8    not authorised
-  9    refused by a safety gate (apply --no-restart)
+  9    refused by a safety gate (--no-restart)
   130  interrupted
   141  the reader of the output went away";
 
@@ -98,12 +98,21 @@ pub enum Command {
     Apply(apply::Args),
     Diff(diff::Args),
     Plan(plan::Args),
+    #[command(visible_alias = "explain-plan")]
+    Explain(explain::Args),
     Get(get::Args),
     Describe(describe::Args),
     Events(events::Args),
     Logs(logs::Args),
     #[command(visible_alias = "delete")]
     Teardown(teardown::Args),
+    Activate(activate::Args),
+    Deactivate(deactivate::Args),
+    Reset(reset::Args),
+    Conf(conf::Args),
+    Connect(connect::Args),
+    Disconnect(disconnect::Args),
+    Export(export::Args),
     #[command(subcommand)]
     Manager(manager::Command),
     #[command(subcommand)]
@@ -138,7 +147,8 @@ fn within(command: Command, session: &Session) -> Exit {
     result.unwrap_or_else(|e| failed(&e, session.help(&e), &session.out))
 }
 
-fn failed(error: &CliError, help: Option<String>, out: &Output) -> Exit {
+/// Prints an error with what helps, and gives its exit code.
+pub(crate) fn failed(error: &CliError, help: Option<String>, out: &Output) -> Exit {
     let help = help.or_else(|| error.help());
     out.error(error, help.as_deref());
     error.exit()
@@ -151,11 +161,19 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Apply(args) => apply::run(args, session).await,
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,
+        Command::Explain(args) => explain::run(args, session).await,
         Command::Get(args) => get::run(args, session).await,
         Command::Describe(args) => describe::run(&args, session).await,
         Command::Events(args) => events::run(args, session).await,
         Command::Logs(args) => logs::run(args, session).await,
         Command::Teardown(args) => teardown::run(args, session).await,
+        Command::Activate(args) => activate::run(&args, session).await,
+        Command::Deactivate(args) => deactivate::run(&args, session).await,
+        Command::Reset(args) => reset::run(&args, session).await,
+        Command::Conf(args) => conf::run(args, session).await,
+        Command::Connect(args) => connect::run(args, session).await,
+        Command::Disconnect(args) => disconnect::run(args, session).await,
+        Command::Export(args) => export::run(&args, session).await,
         Command::Manager(command) => manager::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
         Command::Completion(args) => completion::run(&args, &session.out),

@@ -40,6 +40,24 @@ pub enum CliError {
     /// A file is no backup that can be restored.
     #[error("{0}")]
     Backup(String),
+    /// A file is a saved plan that cannot be used.
+    #[error("{file} cannot be used as a saved plan: {reason}")]
+    SavedPlan {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+        /// How to mend it.
+        help: Option<String>,
+    },
+    /// A plan is not what it was any more.
+    #[error("system/{system} is not as it was planned: {reason}")]
+    Stale {
+        /// Its name.
+        system: String,
+        /// What is different.
+        reason: String,
+    },
     /// The input has errors; they have been printed.
     #[error("{file} cannot be deployed: {errors}")]
     Invalid {
@@ -67,11 +85,11 @@ pub enum CliError {
         findings: Report,
     },
     /// A process would restart and the user forbade it.
-    #[error("system/{system} was not applied: {restarts} would restart")]
+    #[error("system/{system} was not applied: {restarts}")]
     WouldRestart {
         /// Its name.
         system: String,
-        /// `1 process`.
+        /// `1 process would restart`.
         restarts: String,
     },
     /// No local controller runs, and this verb does not start one.
@@ -157,7 +175,10 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Usage { .. } | CliError::Write { .. } => Exit::Usage,
-            CliError::Read { .. } | CliError::Backup(_) | CliError::Invalid { .. } => Exit::Invalid,
+            CliError::Read { .. }
+            | CliError::Backup(_)
+            | CliError::SavedPlan { .. }
+            | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),
             CliError::WouldRestart { .. } => Exit::Refused,
@@ -166,7 +187,7 @@ impl CliError {
             CliError::Partly { .. } => Exit::Partly,
             CliError::Deadline { .. } => Exit::Deadline,
             CliError::Interrupted => Exit::Interrupted,
-            CliError::Gone { .. } => Exit::Conflict,
+            CliError::Gone { .. } | CliError::Stale { .. } => Exit::Conflict,
             CliError::Stdout(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Exit::BrokenPipe,
             CliError::Stdout(_) => Exit::Partly,
         }

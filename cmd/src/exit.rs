@@ -64,6 +64,13 @@ impl Exit {
         if matches!(code, "order-cycle" | "module-not-found") || code.starts_with("invalid-") {
             return Exit::Invalid;
         }
+        match code {
+            "would-restart" => return Exit::Refused,
+            // It was asked to do what it can do, and did not.
+            "component-failed" => return Exit::Partly,
+            "deadline" => return Exit::Deadline,
+            _ => {}
+        }
         match problem.status {
             401 | 403 => Exit::Forbidden,
             409 | 412 => Exit::Conflict,
@@ -86,10 +93,14 @@ mod tests {
         assert_eq!(exit(404, "module-not-found"), 3);
         assert_eq!(exit(409, "order-cycle"), 3);
         assert_eq!(exit(409, "instance-taken"), 7);
+        assert_eq!(exit(409, "stale-plan"), 7);
+        assert_eq!(exit(409, "would-restart"), 9);
         assert_eq!(exit(412, "stale"), 7);
         assert_eq!(exit(401, "unauthorised"), 8);
         assert_eq!(exit(403, "forbidden"), 8);
         assert_eq!(exit(404, "not-found"), 2);
+        assert_eq!(exit(422, "component-failed"), 5);
+        assert_eq!(exit(504, "deadline"), 6);
         assert_eq!(exit(500, "internal"), 4);
         assert_eq!(exit(503, "node-unknown"), 4);
     }

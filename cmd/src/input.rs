@@ -12,10 +12,11 @@ use rts_schemas::rts_profile::{self, Loaded, Places};
 use crate::error::CliError;
 use crate::local::plural;
 use crate::output::Output;
+use crate::saved::SavedPlan;
 use crate::show::findings;
 
 /// Largest file that is read, in bytes.
-const MAX_FILE: u64 = 64 * 1024 * 1024;
+pub const MAX_FILE: u64 = 64 * 1024 * 1024;
 
 /// Which files describe the system.
 #[derive(Debug, Clone, clap::Args)]
@@ -32,11 +33,41 @@ pub struct InputArgs {
     /// Take the place of a system of the same name but another identity
     #[arg(long)]
     replace: bool,
+    /// Only this component or connector, and what it cannot be without; the rest stays as it is stored (may be repeated)
+    #[arg(long = "target", value_name = "TARGET")]
+    targets: Vec<String>,
 }
 
 impl InputArgs {
+    /// The same from another verb's arguments.
+    pub fn of(
+        file: PathBuf,
+        overlays: Vec<PathBuf>,
+        name: Option<String>,
+        targets: Vec<String>,
+    ) -> Self {
+        Self {
+            file: Some(file),
+            files: overlays,
+            name,
+            replace: false,
+            targets,
+        }
+    }
+
     /// Reads and checks the files. Findings are printed; with errors among them this fails.
     pub fn load(&self, out: &Output) -> Result<Input, CliError> {
+        match self.load_any(out)? {
+            Source::System(input) => Ok(*input),
+            Source::Saved(_) => Err(CliError::usage_help(
+                "the file is a saved plan, not a system",
+                "`rtsctl apply PLAN` carries it out, `rtsctl explain PLAN` shows it",
+            )),
+        }
+    }
+
+    /// The same, or a saved plan.
+    pub fn load_any(&self, out: &Output) -> Result<Source, CliError> {
         let mut files = self.file.iter().chain(&self.files);
         let Some(profile) = files.next() else {
             return Err(CliError::usage("no file is named"));
@@ -45,32 +76,54 @@ impl InputArgs {
         if overlays.iter().filter(|p| is_stdin(p)).count() + usize::from(is_stdin(profile)) > 1 {
             return Err(CliError::usage("standard input can be read only once"));
         }
-        let loaded = self.files(profile, &overlays, out)?;
-        Ok(Input {
+        let bytes = read(profile)?;
+        if let Some(saved) = SavedPlan::read(&shown(profile), &bytes)? {
+            self.alone(!overlays.is_empty())?;
+            return Ok(Source::Saved(Box::new(saved)));
+        }
+        let loaded = self.files(profile, &bytes, &overlays, out)?;
+        Ok(Source::System(Box::new(Input {
             request: ApplyRequest {
                 spec: loaded.spec,
                 replace: self.replace,
-                targets: Vec::new(),
+                targets: self.targets.clone(),
                 expect: Expect::default(),
             },
             places: loaded.places,
-        })
+        })))
+    }
+
+    /// A saved plan says all that these options could say.
+    fn alone(&self, overlays: bool) -> Result<(), CliError> {
+        let options = [
+            ("overlays (-f)", overlays),
+            ("--target", !self.targets.is_empty()),
+            ("--name", self.name.is_some()),
+            ("--replace", self.replace),
+        ];
+        match options.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => Err(CliError::usage_help(
+                format!("a saved plan is applied as it is: it takes no {option}"),
+                "give it to `rtsctl plan`, and save that plan",
+            )),
+        }
     }
 
     fn files(
         &self,
         profile: &Path,
+        bytes: &[u8],
         overlays: &[&PathBuf],
         out: &Output,
     ) -> Result<Loaded, CliError> {
-        let bytes = read(profile)?;
         let mut read_overlays = Vec::new();
         for path in overlays {
             let overlay = overlay::read(&shown(path), &read(path)?);
             read_overlays.push(overlay.map_err(|report| refuse(path, &report, out))?);
         }
         let name = self.name.as_deref();
-        match rts_profile::load_with_places(&shown(profile), &bytes, name, &read_overlays) {
+        match rts_profile::load_with_places(&shown(profile), bytes, name, &read_overlays) {
             Ok(loaded) => {
                 findings::print(&loaded.report, out);
                 Ok(loaded)
@@ -78,6 +131,15 @@ impl InputArgs {
             Err(report) => Err(refuse(profile, &report, out)),
         }
     }
+}
+
+/// What a file holds.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// A system.
+    System(Box<Input>),
+    /// A plan that `plan --out` wrote.
+    Saved(Box<SavedPlan>),
 }
 
 /// A system that was read, and where its parts stand in its file.
@@ -89,6 +151,22 @@ pub struct Input {
 }
 
 impl Input {
+    /// What a saved plan asks for.
+    pub fn saved(plan: &SavedPlan) -> Self {
+        Self {
+            request: plan.request(),
+            places: Places::default(),
+        }
+    }
+
+    /// The request without expectations, to be planned.
+    pub fn planned(&self) -> ApplyRequest {
+        ApplyRequest {
+            expect: Expect::default(),
+            ..self.request.clone()
+        }
+    }
+
     /// For `map_err` behind a request with this input: the controller's faults are shown at their lines.
     pub fn failed(&self, what: impl Into<String>) -> impl FnOnce(ClientError) -> CliError + '_ {
         let what = what.into();

@@ -8,6 +8,8 @@ pub mod follow;
 pub mod input;
 pub mod local;
 pub mod output;
+pub mod save;
+pub mod saved;
 pub mod session;
 pub mod show;
 

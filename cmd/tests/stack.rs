@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
+mod support;
+
 use std::io::Read;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use support::Stack;
 
 /// A system of nothing: it needs no modules.
 const NOTHING: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -19,64 +20,16 @@ const SOON: Duration = Duration::from_secs(20);
 const STARTS: &str =
     "help: the agent of this machine (node local) does not run: `rtsctl up` starts it again\n";
 
-struct Stack {
-    folder: tempfile::TempDir,
-}
-
-impl Stack {
-    fn up() -> Self {
-        let folder = tempfile::Builder::new().prefix("rts").tempdir_in("/tmp");
-        let stack = Self {
-            folder: folder.unwrap(),
-        };
-        std::fs::write(stack.folder.path().join("nothing.xml"), NOTHING).unwrap();
-        assert_eq!(stack.run(&["up"]).0, 0);
-        stack
-    }
-
-    fn home(&self) -> PathBuf {
-        self.folder.path().join("h")
-    }
-
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rtsctl"));
-        command
-            .args(args)
-            .env_clear()
-            .env("RTSCTL_HOME", self.home())
-            .current_dir(self.folder.path())
-            .stdin(Stdio::null());
-        command
-    }
-
-    /// Runs; gives exit code, stdout and stderr.
-    fn run(&self, args: &[&str]) -> (i32, String, String) {
-        let output = self.command(args).output().unwrap();
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (
-            output.status.code().unwrap(),
-            text(&output.stdout),
-            text(&output.stderr),
-        )
-    }
-
-    fn kill_agent(&self) {
-        let text = std::fs::read(self.home().join("run/local/agent.json")).unwrap();
-        let identity: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        let pid = i32::try_from(identity["pid"].as_i64().unwrap()).unwrap();
-        kill_process(Pid::from_raw(pid).unwrap(), Signal::KILL).unwrap();
-    }
-}
-
-impl Drop for Stack {
-    fn drop(&mut self) {
-        let _ = self.command(&["down", "--purge", "--yes"]).output();
-    }
+/// A stack with the file `nothing.xml` in its folder.
+fn up() -> Stack {
+    let stack = Stack::up();
+    std::fs::write(stack.folder.path().join("nothing.xml"), NOTHING).unwrap();
+    stack
 }
 
 #[test]
 fn a_dead_agent_comes_with_what_starts_it_again() {
-    let stack = Stack::up();
+    let stack = up();
     stack.kill_agent();
     let end = Instant::now() + SOON;
     let (code, _, stderr) = stack.run(&["logs", "Nobody"]);
@@ -97,7 +50,7 @@ fn a_dead_agent_comes_with_what_starts_it_again() {
 
 #[test]
 fn a_node_to_be_forgotten_that_nobody_knows_is_a_slip() {
-    let stack = Stack::up();
+    let stack = up();
     let (code, _, stderr) = stack.run(&["apply", "nothing.xml"]);
     assert_eq!(code, 0, "{stderr}");
     let (code, _, stderr) = stack.run(&["teardown", "nothing", "--yes", "--forget-node", "nope"]);
@@ -113,7 +66,7 @@ fn a_node_to_be_forgotten_that_nobody_knows_is_a_slip() {
 
 #[test]
 fn a_backup_that_cannot_be_written_is_2() {
-    let stack = Stack::up();
+    let stack = up();
     let (code, _, stderr) = stack.run(&["controller", "backup", "no/folder"]);
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("cannot write no/folder: "), "{stderr}");
@@ -121,7 +74,7 @@ fn a_backup_that_cannot_be_written_is_2() {
 
 #[test]
 fn a_watch_that_nobody_reads_ends_though_nothing_changes() {
-    let stack = Stack::up();
+    let stack = up();
     for args in [
         &["get", "nodes", "-w"][..],
         &["get", "nodes", "--watch-only", "-o", "json"],

@@ -2,21 +2,24 @@
 
 mod check;
 mod describe;
+mod expect;
 mod identity;
 mod modules;
+mod narrow;
+mod placed;
 mod places;
 mod size;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use rts_controller_api::requests::ApplyRequest;
+use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_controller_api::{Problem, ProblemError};
 use rts_plan::observed::Observed;
 use rts_plan::plan::Plan;
-use rts_plan::{PlaceError, Placed};
 use rts_schemas::system::SystemSpec;
 
+use self::placed::{Types, clashes, described, types_by_node};
 pub use self::places::places_of_old;
 use self::places::{kept, places};
 use crate::core::Core;
@@ -34,6 +37,15 @@ pub struct Admitted {
     pub plan: Plan,
     /// Remarks of the placement.
     pub notes: Vec<String>,
+    /// There was none of its name; until it is stored, its uid is given for this once.
+    new: bool,
+}
+
+impl Admitted {
+    /// Names what will be done to the system.
+    pub fn digest(&self) -> String {
+        expect::digest(&self.plan, &self.record, self.new)
+    }
 }
 
 /// A request that was checked against what agents say; nothing is decided yet.
@@ -44,13 +56,13 @@ pub struct Examined {
     types: Types,
     found: modules::Found,
     observed: Observed,
+    expect: Expect,
+    /// It is to be stored as it runs: targets that must not be touched for it.
+    untouched: Option<BTreeSet<String>>,
 }
 
 /// Times that a request is examined when the system changes meanwhile.
 pub const ATTEMPTS: usize = 8;
-
-/// Node → types that it must have.
-type Types = BTreeMap<String, BTreeSet<String>>;
 
 /// What of a stored system an examination rests on: uid, generation, and whether it goes.
 type Version = (String, u64, bool);
@@ -87,11 +99,12 @@ pub async fn examine(
     name: &str,
     request: &ApplyRequest,
 ) -> Result<Examined, Problem> {
-    let spec = &request.spec;
+    let stored = core.registry().systems.get(name).cloned();
+    let spec = &narrow::narrow(stored.as_ref(), request)?;
     refuse(check::spec(name, spec))?;
+    expect::index(name, stored.as_ref(), &request.expect)?;
     let mut faults = check::orders(spec);
     faults.extend(size::parts(spec));
-    let stored = core.registry().systems.get(name).cloned();
     let candidate = candidate(core, stored.as_ref(), spec);
     let placed = core.place(Some(&candidate));
     let (types, lost) = types_by_node(&placed, &candidate);
@@ -105,13 +118,16 @@ pub async fn examine(
     }
     refuse(faults)?;
     if let Some(stored) = &stored {
-        identity::check(stored, &candidate.spec, request.replace)?;
+        // Of what was asked for, also where that is narrowed to a part.
+        identity::check(stored, &request.spec, request.replace)?;
     }
     clashes(&placed, &candidate)?;
     Ok(Examined {
         stored: stored.as_ref().map(version),
         found: found?,
         observed: core.observe().await,
+        expect: request.expect.clone(),
+        untouched: None,
         types,
         candidate,
     })
@@ -123,6 +139,7 @@ fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> S
     SystemRecord {
         uid: stored.map_or_else(uid, |s| s.uid.clone()),
         generation: stored.map_or(0, |s| s.generation),
+        index: stored.map_or(0, |s| s.index),
         spec: spec.clone(),
         digests: BTreeMap::new(),
         nodes: stored.map_or_else(BTreeSet::new, |s| s.nodes.clone()),
@@ -135,6 +152,13 @@ fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> S
 }
 
 impl Examined {
+    /// The same for a system that is to be stored as it runs: these targets must not be touched for it, and a module
+    /// file that has changed since is no reason to restart anything.
+    pub fn leaving(mut self, targets: BTreeSet<String>) -> Self {
+        self.untouched = Some(targets);
+        self
+    }
+
     /// Decides; nothing is waited for. The caller holds [`Core::admission`] when it means to store. None when the stored
     /// system has changed since: it must be examined again.
     pub fn decide(self, core: &Core) -> Result<Option<Admitted>, Problem> {
@@ -145,6 +169,7 @@ impl Examined {
         if stored.as_ref().map(version) != self.stored {
             return Ok(None);
         }
+        expect::index(&name, stored.as_ref(), &self.expect)?;
         let placed = core.place(Some(&candidate));
         clashes(&placed, &candidate)?;
         if types_by_node(&placed, &candidate).0 != self.types {
@@ -152,12 +177,16 @@ impl Examined {
         }
         let places = places(&placed, &candidate.uid);
         if let Some(stored) = &stored {
+            candidate.index = stored.index;
             candidate.nodes.clone_from(&stored.nodes);
             candidate.places.clone_from(&stored.places);
             candidate.left.clone_from(&stored.left);
         }
         candidate.settle(places);
-        candidate.digests = self.found.digests;
+        candidate.digests = match stored.as_ref().filter(|_| self.untouched.is_some()) {
+            Some(stored) => stored.digests.clone(),
+            None => self.found.digests,
+        };
         candidate.nodes.extend(self.types.into_keys());
         let changed = stored.as_ref().is_none_or(|stored| {
             let old = (&stored.spec, &stored.digests, &stored.places);
@@ -173,101 +202,34 @@ impl Examined {
         }
         let mut notes = placed.notes.get(&name).cloned().unwrap_or_default();
         notes.extend(self.found.notes);
-        Ok(Some(Admitted {
+        let admitted = Admitted {
             plan: moved::plan(core, &records, &placed.desired, &self.observed),
+            new: stored.is_none(),
             record: candidate,
             changed,
             notes,
-        }))
+        };
+        let Admitted { plan, record, .. } = &admitted;
+        expect::plan(&self.expect, record, plan, || admitted.digest())?;
+        expect::untouched(record, plan, self.untouched.as_ref())?;
+        Ok(Some(admitted))
     }
 }
 
-/// What the modules of a system's components say of themselves, as far as they say it.
-fn described<'a>(
-    placed: &'a Placed,
-    candidate: &SystemRecord,
-    found: &'a modules::Found,
-) -> describe::Descriptions<'a> {
-    let nodes = placed.desired.nodes.iter();
-    let parts = nodes.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
-    parts
-        .filter(|(_, part)| part.system.uid == candidate.uid)
-        .flat_map(|(node, part)| part.components.iter().map(move |c| (node, &c.spec)))
-        .filter_map(|(node, component)| {
-            let description = found.described.get(node)?.get(&component.type_name)?;
-            Some((component.instance.as_str(), description))
-        })
-        .collect()
-}
-
-/// What would be done now.
-pub async fn plan(core: &Arc<Core>, placed: &Placed) -> Plan {
+/// What would be done now, if nothing is applied; none when there is no such system.
+pub async fn stored(core: &Arc<Core>, name: &str) -> Option<Admitted> {
     let observed = core.observe().await;
+    // Without an await between them, all speak of the same records.
     let records = core.registry().systems.clone();
-    moved::plan(core, &records, &placed.desired, &observed)
-}
-
-/// Refuses a candidate that wants another system's instance names; a clash between two others is not its fault.
-fn clashes(placed: &Placed, candidate: &SystemRecord) -> Result<(), Problem> {
-    let mut clashes = Vec::new();
-    for problem in &placed.problems {
-        if let PlaceError::InstanceClash {
-            instance, systems, ..
-        } = problem
-            && systems.iter().any(|system| system == candidate.name())
-        {
-            clashes.push(ProblemError {
-                pointer: check::pointer(&candidate.spec, instance),
-                code: "instance-clash".to_owned(),
-                detail: problem.to_string(),
-                help: Some("rename the instance, or tear the other system down".to_owned()),
-            });
-        }
-    }
-    let Some(first) = clashes.first() else {
-        return Ok(());
-    };
-    let detail = summary(&first.detail, clashes.len());
-    Err(Problem::conflict("instance-clash", detail).with_errors(clashes))
-}
-
-/// Types that each known node must have for a system, and a fault for each component on an unknown one.
-fn types_by_node(
-    placed: &Placed,
-    candidate: &SystemRecord,
-) -> (BTreeMap<String, BTreeSet<String>>, Vec<ProblemError>) {
-    let mut faults = Vec::new();
-    let mut unknown = BTreeSet::new();
-    for problem in &placed.problems {
-        if let PlaceError::UnknownNode {
-            system,
-            component,
-            node,
-            ..
-        } = problem
-            && system == candidate.name()
-        {
-            unknown.insert(node);
-            faults.push(ProblemError {
-                pointer: check::pointer(&candidate.spec, component),
-                code: "unknown-node".to_owned(),
-                detail: problem.to_string(),
-                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
-            });
-        }
-    }
-    let mut types: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    let known = placed.desired.nodes.iter();
-    for (node, spec) in known.filter(|(node, _)| !unknown.contains(node)) {
-        let parts = spec.systems.iter();
-        for part in parts.filter(|part| part.system.uid == candidate.uid) {
-            for component in &part.components {
-                let of_node = types.entry(node.clone()).or_default();
-                of_node.insert(component.spec.type_name.clone());
-            }
-        }
-    }
-    (types, faults)
+    let record = records.get(name)?.clone();
+    let placed = core.place_all(&records);
+    Some(Admitted {
+        plan: moved::plan(core, &records, &placed.desired, &observed),
+        notes: placed.notes.get(name).cloned().unwrap_or_default(),
+        changed: false,
+        new: false,
+        record,
+    })
 }
 
 /// All faults as one problem; its code is theirs when they agree.

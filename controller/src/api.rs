@@ -1,9 +1,11 @@
 //! The REST API: routes, and what every handler shares.
 
+mod acts;
 mod audit;
 mod backup;
 mod claims;
 mod document;
+mod export;
 mod extract;
 mod health;
 mod managers;
@@ -75,6 +77,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(objects::events))
         .routes(routes!(systems::get, systems::put, systems::delete))
         .routes(routes!(systems::stored_plan, systems::plan))
+        .routes(routes!(export::export))
         .routes(routes!(objects::node))
         .routes(routes!(objects::component))
         .routes(routes!(objects::log))
@@ -85,6 +88,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(managers::factories))
         .routes(routes!(managers::create))
         .routes(routes!(managers::delete))
+        .routes(routes!(acts::act))
         .routes(routes!(claims::adopt))
         .routes(routes!(claims::take_over))
         .routes(routes!(backup::backup))

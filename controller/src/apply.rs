@@ -2,12 +2,14 @@
 //!
 //! A change that was begun ends even when its client goes away: what is on the disk is then in memory, too.
 
+use std::collections::BTreeSet;
 use std::future::Future;
 use std::sync::Arc;
 
 use rts_controller_api::objects::System;
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
 use rts_controller_api::{Problem, ProblemError};
+use rts_schemas::system::SystemSpec;
 
 use crate::admit::{self, Admitted};
 use crate::core::Core;
@@ -46,7 +48,26 @@ pub async fn apply_if(
     precondition: Precondition,
 ) -> Result<ApplyResult, Problem> {
     let (core, name) = (Arc::clone(core), name.to_owned());
-    to_its_end(async move { apply_now(&core, &name, request, &precondition).await }).await
+    to_its_end(async move { apply_now(&core, &name, request, &precondition, None).await }).await
+}
+
+/// Makes what was changed by hand in a system part of it, when it is still at `index`. Nothing is touched for it: not
+/// the `targets` that were changed, and nothing is restarted.
+pub async fn fold(
+    core: &Arc<Core>,
+    spec: SystemSpec,
+    index: u64,
+    targets: BTreeSet<String>,
+) -> Result<ApplyResult, Problem> {
+    let mut request = ApplyRequest::of(spec);
+    request.expect.index = Some(index);
+    request.expect.no_restart = true;
+    let (core, any) = (Arc::clone(core), Precondition::default());
+    to_its_end(async move {
+        let name = request.spec.name.clone();
+        apply_now(&core, &name, request, &any, Some(targets)).await
+    })
+    .await
 }
 
 /// Asks for a system's end.
@@ -90,11 +111,15 @@ async fn apply_now(
     name: &str,
     request: ApplyRequest,
     precondition: &Precondition,
+    untouched: Option<BTreeSet<String>>,
 ) -> Result<ApplyResult, Problem> {
     for _ in 0..admit::ATTEMPTS {
         check_version(core, name, precondition)?;
         // Agents are asked before anything is locked: one that is slow holds up nobody else.
-        let examined = admit::examine(core, name, &request).await?;
+        let mut examined = admit::examine(core, name, &request).await?;
+        if let Some(targets) = &untouched {
+            examined = examined.leaving(targets.clone());
+        }
         let _admission = core.admission.lock().await;
         check_version(core, name, precondition)?;
         if let Some(admitted) = examined.decide(core)? {
@@ -106,11 +131,11 @@ async fn apply_now(
 
 /// Makes an admitted system the desired one. The caller holds [`Core::admission`].
 async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResult, Problem> {
+    let mut index = admitted.record.index;
     if admitted.changed {
         let generation = admitted.record.generation;
-        core.store_system(admitted.record)
-            .await
-            .map_err(|e| of_store(&e))?;
+        let stored = core.store_change(admitted.record).await;
+        index = stored.map_err(|e| of_store(&e))?;
         core.backoff().forget_system(name);
         let message = format!("generation {generation} stored");
         let event = Happening::normal("Applied", &format!("system/{name}"), message);
@@ -123,6 +148,7 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
         system: find(core, name)?,
         changed: admitted.changed,
         plan: admitted.plan,
+        index,
     })
 }
 
@@ -143,7 +169,7 @@ async fn delete_now(
     if record != before {
         let dropped = record.forgotten.difference(&before.forgotten);
         let dropped: Vec<String> = dropped.cloned().collect();
-        core.store_system(record).await.map_err(|e| of_store(&e))?;
+        core.store_change(record).await.map_err(|e| of_store(&e))?;
         core.backoff().forget_system(name);
         let tell = |event: Happening| core.record(event.of(Some(name)));
         let object = format!("system/{name}");
@@ -185,7 +211,8 @@ pub fn find(core: &Core, name: &str) -> Result<System, Problem> {
     core.view.get::<System>(name).ok_or_else(|| missing(name))
 }
 
-fn missing(name: &str) -> Problem {
+/// There is no such system.
+pub fn missing(name: &str) -> Problem {
     Problem::not_found(format!("there is no system {name}"))
 }
 

@@ -25,7 +25,7 @@ use crate::store::{
 use crate::view::{Happening, View};
 
 /// Revisions that are reserved in the store at a time.
-const REVISIONS: u64 = 1 << 20;
+pub(crate) const REVISIONS: u64 = 1 << 20;
 
 /// What the controller takes from outside.
 #[derive(Clone)]
@@ -74,7 +74,8 @@ pub struct Core {
     desired: watch::Sender<u64>,
     registry: Mutex<Registry>,
     world: Mutex<World>,
-    reserved: AtomicU64,
+    pub(crate) reserved: AtomicU64,
+    pub(crate) indexes: AtomicU64,
     /// An observation for readers that runs now, or the last one.
     pub(crate) refresh: Mutex<Option<Shared<BoxFuture<'static, ()>>>>,
 }
@@ -125,16 +126,19 @@ pub struct RunState {
 impl Core {
     /// Loads the store. Blocks: call it before serving.
     pub fn load(inputs: Inputs) -> Result<Arc<Self>, StoreError> {
+        let mut state = inputs.store.load()?;
+        let mut writes = state.number();
+        writes.push(Write::Revisions(state.revisions + REVISIONS));
+        inputs.store.write(&writes)?;
         let State {
             cluster_uid,
             epoch,
             revisions,
+            indexes,
             systems,
             nodes,
             restored,
-        } = inputs.store.load()?;
-        let reserve = Write::Revisions(revisions + REVISIONS);
-        inputs.store.write(&[reserve])?;
+        } = state;
         let core = Arc::new(Self {
             local_node: inputs.local_node,
             clock: inputs.clock,
@@ -158,6 +162,7 @@ impl Core {
             }),
             world: Mutex::default(),
             reserved: AtomicU64::new(revisions + REVISIONS),
+            indexes: AtomicU64::new(indexes),
             refresh: Mutex::default(),
         });
         core.publish();
@@ -191,7 +196,7 @@ impl Core {
         self.backoff.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes a system, durably, then makes it known. Wakes nobody.
+    /// Writes what is remembered of a system beside what it is to be, durably, then makes it known. Wakes nobody.
     pub async fn store_system(&self, record: SystemRecord) -> Result<(), StoreError> {
         self.store.put_system(record.clone()).await?;
         let name = record.name().to_owned();
@@ -257,19 +262,6 @@ impl Core {
                     .map_or_else(Vec::new, |entry| entry.session.aliases.clone()),
             })
             .collect()
-    }
-
-    /// Reserves revisions before they run out.
-    pub async fn reserve_revisions(&self) {
-        let reserved = self.reserved.load(Ordering::Relaxed);
-        let revision = self.view.revision();
-        if revision + REVISIONS / 2 < reserved {
-            return;
-        }
-        match self.store.reserve_revisions(revision + REVISIONS).await {
-            Ok(()) => self.reserved.store(revision + REVISIONS, Ordering::Relaxed),
-            Err(e) => tracing::error!(error = %crate::chain(&e), "revisions cannot be reserved"),
-        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Carries a plan out: one batch per node, results as they come, gates between nodes. It chooses nothing.
 
 mod cut;
+mod deadline;
 mod run;
 
+pub use self::deadline::StartTimeouts;
 pub use self::run::{Executor, Peer};

@@ -12,8 +12,9 @@ use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_http::client::Client;
 use rts_plan::observed::Inventory;
 
-/// Time-out of a single request to an agent; callers set shorter deadlines of their own.
-const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
+/// Time-out of a single request to an agent; callers set shorter deadlines of their own. Longer than an agent takes for
+/// anything that a person does by hand, so that its own answer comes first.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(25);
 
 /// [`AgentApi`] behind a pointer: what the rest of this crate drives.
 pub trait Agent: Send + Sync + 'static {

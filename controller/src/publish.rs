@@ -3,6 +3,7 @@
 mod components;
 mod conditions;
 mod connectors;
+pub mod drift;
 mod managers;
 mod nodes;
 pub mod system;
@@ -26,6 +27,8 @@ pub struct Scene<'a> {
     nodes: &'a BTreeMap<String, NodeEntry>,
     /// Node → reason, message and ledger, where the store and the node's ledger do not agree.
     fenced: BTreeMap<String, Fenced>,
+    /// What was changed by hand.
+    drifts: drift::Drifts<'a>,
     /// Target → why it does not go on.
     reasons: BTreeMap<String, waiting::Reason>,
     /// Inventory of each node, and whether it is from the last observation.
@@ -47,6 +50,7 @@ pub fn all(core: &Core) {
     let world = core.world();
     let backoff = core.backoff();
     let scene = Scene {
+        drifts: drift::by_target(&world.plan.drift),
         reasons: waiting::reasons(&world, &backoff, &nodes),
         inventories: inventories(&world, &nodes),
         registry: &registry,

@@ -7,6 +7,7 @@
 mod backoff;
 mod by_system;
 mod deaths;
+mod drift;
 mod node_specs;
 mod results;
 mod runs;
@@ -29,6 +30,8 @@ use crate::moved;
 use crate::store::SystemRecord;
 
 pub use self::backoff::{Backoff, Entry, target_of};
+pub use self::by_system::by_system;
+use self::drift::Drifts;
 pub use self::node_specs::NodeSpecs;
 use self::runs::Runs;
 use self::side::Unfinished;
@@ -56,6 +59,7 @@ pub struct Reconciler {
     specs: NodeSpecs,
     runs: Runs,
     settling: Settling,
+    drifts: Drifts,
 }
 
 impl Reconciler {
@@ -65,6 +69,7 @@ impl Reconciler {
             specs: NodeSpecs::new(Arc::clone(&core)),
             runs: Runs::new(Arc::clone(&core)),
             settling: Settling::new(Arc::clone(&core)),
+            drifts: Drifts::new(Arc::clone(&core)),
             core,
         }
     }
@@ -125,6 +130,7 @@ impl Reconciler {
             .filter(|(uid, _)| !untold.contains(*uid))
             .map(|(uid, stamp)| (uid.clone(), stamp.generation))
             .collect();
+        self.drifts.take(&plan, &observed, &stamps);
         self.show(placed, planned, observed, &plan, faults);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;

@@ -66,7 +66,8 @@ pub fn restore(root: &Path, file: &Path, take_over: bool) -> Result<Report, Rest
     let path = home.store();
     let old = numbers_of(&path).unwrap_or_default();
     state.epoch = state.epoch.max(old.epoch).saturating_add(1);
-    state.revisions = state.revisions.max(old.revisions).max(by_time(now));
+    state.revisions = state.revisions.max(old.revisions).max(by_time(now, 20));
+    state.indexes = state.indexes.max(old.indexes).max(by_time(now, 4));
     state.restored = Some(Restored {
         at: now,
         take_over,
@@ -83,12 +84,12 @@ pub fn restore(root: &Path, file: &Path, take_over: bool) -> Result<Report, Rest
     Ok(report(&backup, &state, kept))
 }
 
-/// Above every version that a store without jumps has given out by now, also one that was lost: 2^20 for each second
-/// since 2020. It stays below 2^53, so that every JSON reader takes it for what it is.
-fn by_time(now: Timestamp) -> u64 {
+/// Above every number that a store without jumps has given out by now, also one that was lost: 2^`bits` for each second
+/// since 2020. With 20 bits it stays below 2^53, so that every JSON reader takes it for what it is.
+fn by_time(now: Timestamp, bits: u32) -> u64 {
     const BEGIN: i64 = 1_577_836_800;
     let seconds = u64::try_from(now.as_second() - BEGIN).unwrap_or(0);
-    seconds.min(1 << 32) << 20
+    seconds.min(1 << 32) << bits
 }
 
 fn read(file: &Path) -> Result<(Backup, State), RestoreError> {
@@ -197,24 +198,25 @@ mod tests {
         restore(&home, &file, false).unwrap();
         let first = held(&home).revisions;
         assert!(first > 1 << 40 && first < 1 << 53);
+        let indexes = held(&home).indexes;
+        assert!(indexes > 1 << 30 && indexes < 1 << 40);
         let path = home.join("state/controller.redb");
         let store = RedbStore::open(&path, "other").unwrap();
         let far = 1 << 52;
-        store.write(&[Write::Revisions(far)]).unwrap();
+        let writes = [Write::Revisions(far), Write::Indexes(far)];
+        store.write(&writes).unwrap();
         drop(store);
         restore(&home, &file, false).unwrap();
-        assert_eq!(
-            held(&home).revisions,
-            far,
-            "above the store that is replaced"
-        );
+        let state = held(&home);
+        let numbers = (state.revisions, state.indexes);
+        assert_eq!(numbers, (far, far), "above the store that is replaced");
         std::fs::remove_file(&path).unwrap();
         restore(&home, &file, false).unwrap();
         assert!(
             held(&home).revisions >= first,
             "also where that store was lost"
         );
-        assert!(by_time(Timestamp::UNIX_EPOCH) == 0);
+        assert!(by_time(Timestamp::UNIX_EPOCH, 20) == 0);
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
 pub use self::redb::{RedbStore, numbers_of};
 
 /// Version of the tables. A store with a higher one is refused.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// A store that cannot be opened, read or written.
 #[derive(Debug, thiserror::Error)]

@@ -53,7 +53,7 @@ impl Store for SlowStore {
     }
     fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
         self.inner.write(writes)?;
-        if matches!(writes, [Write::PutSystem(_)]) {
+        if writes.iter().any(|w| matches!(w, Write::PutSystem(_))) {
             self.reached.add_permits(1);
             self.go_on.wait();
         }

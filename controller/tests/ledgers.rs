@@ -74,6 +74,9 @@ async fn an_adopted_node_goes_on_without_a_restart_and_obeys_from_then_on() {
     assert!(agent.take_done().is_empty());
     assert_eq!(agent.ledger().unwrap().cluster_uid, "stranger");
     assert_eq!(node(&cluster).status.state, "Ready");
+    let state = cluster.stored();
+    let (index, indexes) = (state.systems["hello"].index, state.indexes);
+    assert_eq!((index, indexes), (1, 1), "an adoption is a change");
     let again = rts_controller::adopt(&cluster.core, "local").await.unwrap();
     assert!(!again.changed);
     // The same profile once more changes a name that the ledger does not hold, and nothing that runs.

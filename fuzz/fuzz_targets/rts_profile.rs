@@ -1,9 +1,9 @@
-//! Any bytes as a profile: read, check, lower, render.
+//! Any bytes as a profile: read, check, lower, render, and write again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use rts_schemas::diagnostic::{Report, render};
-use rts_schemas::rts_profile::{LowerOptions, load, lower, read};
+use rts_schemas::rts_profile::{LowerOptions, WriteOptions, load, lower, read, sayable, write};
 use rts_schemas::system::SystemSpec;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -15,6 +15,7 @@ fuzz_target!(|bytes: &[u8]| {
             let json = serde_json::to_string(spec).expect("a system is plain data");
             let back: SystemSpec = serde_json::from_str(&json).expect("its own JSON is read");
             assert_eq!(&back, spec);
+            written(spec);
         }
         Err(report) => assert!(report.has_errors()),
     }
@@ -22,7 +23,19 @@ fuzz_target!(|bytes: &[u8]| {
     for finding in &report.findings {
         assert!(!render(finding).contains('\u{1b}'));
     }
-    if let Ok(profile) = read("system.xml", bytes) {
-        let _ = lower(&profile, &LowerOptions::default());
+    if let Ok(profile) = read("system.xml", bytes)
+        && let (Some(spec), _) = lower(&profile, &LowerOptions::default())
+    {
+        let _ = write(&spec, &OPTIONS);
     }
 });
+
+const OPTIONS: WriteOptions<'_> =
+    WriteOptions { created: "2026-01-15T10:00:00", updated: "2026-01-15T10:00:00", abstract_text: "" };
+
+/// What was read is written as the same system, which may be deployed as well.
+fn written(spec: &SystemSpec) {
+    let text = write(spec, &OPTIONS);
+    let (again, _) = load("written.xml", text.as_bytes(), None, &[]).expect("what is written is right");
+    assert_eq!(again, sayable(spec));
+}

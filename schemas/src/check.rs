@@ -12,8 +12,8 @@ pub use spec::{Pointed, spec, spec_by_pointer};
 use std::collections::HashSet;
 
 use crate::diagnostic::{Finding, Report};
-use crate::rts_profile::ReadProfile;
-use crate::rts_profile::model::Target;
+use crate::rts_profile::model::{Target, property_value};
+use crate::rts_profile::{NAME_KEY, ReadProfile};
 use crate::span::{Span, Text};
 use crate::suggest;
 
@@ -133,7 +133,8 @@ impl<'a> Check<'a> {
             let message = "the profile has no components: there is nothing to run".to_owned();
             self.warning("empty-system", message, profile.span, help);
         }
-        if profile.id.as_ref().is_none_or(|id| id.trimmed().is_empty()) {
+        let named = property_value(&profile.properties, NAME_KEY).is_some();
+        if !named && profile.id.as_ref().is_none_or(|id| id.trimmed().is_empty()) {
             let key = self.read.spelled("id");
             let help = format!("add `{key}` in the form `RTSystem:vendor:name:version`");
             self.warning(

@@ -11,5 +11,6 @@ pub mod rts_profile;
 pub mod span;
 pub mod suggest;
 pub mod system;
+pub mod target;
 pub mod xml;
 pub mod yaml;

@@ -184,6 +184,20 @@ pub fn name_fault(text: &str) -> Option<&'static str> {
     }
 }
 
+/// Why a text cannot name a connector; `None` when it can. The name is mostly made of those of its ends, so that it has
+/// no length of its own.
+pub fn connector_name_fault(text: &str) -> Option<&'static str> {
+    if text.trim().is_empty() {
+        Some("it is empty")
+    } else if text.chars().any(char::is_control) {
+        Some("it has a control character")
+    } else if text.contains('/') {
+        Some("it has a `/`")
+    } else {
+        None
+    }
+}
+
 /// The file names under which the module of a type is looked for, in this order.
 pub fn module_file_names(type_name: &str) -> [String; 2] {
     [
@@ -289,6 +303,9 @@ mod tests {
         assert!(is_manager_name("m1") && !is_manager_name("../x"));
         assert_eq!(name_fault("a/b"), Some("it has a `/`"));
         assert_eq!(name_fault("Sine 0"), None);
+        let long = format!("{}.out-{}.in", "x".repeat(128), "y".repeat(128));
+        assert_eq!(connector_name_fault(&long), None);
+        assert_eq!(connector_name_fault("a/b"), Some("it has a `/`"));
     }
 
     #[test]

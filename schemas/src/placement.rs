@@ -6,13 +6,17 @@ use jiff::SignedDuration;
 
 use crate::names;
 use crate::suggest;
-use crate::system::{ComponentSpec, OnDisconnect, OnHang, RestartPolicy};
+use crate::system::{ComponentSpec, DriftPolicy, OnDisconnect, OnHang, RestartPolicy};
+
+mod settings;
+
+pub use settings::settings;
 
 /// The prefix of the keys in a profile; an overlay may leave it away.
 pub const PREFIX: &str = "rtsctl.";
 
 /// The keys, without their prefix.
-pub const KEYS: [&str; 11] = [
+pub const KEYS: [&str; 12] = [
     "node",
     "manager",
     "isolated",
@@ -24,6 +28,7 @@ pub const KEYS: [&str; 11] = [
     "onHang",
     "onDisconnect",
     "resetOnError",
+    "drift",
 ];
 
 /// Restarts that `restartLimit` may allow.
@@ -101,6 +106,7 @@ pub fn set(component: &mut ComponentSpec, key: &str, value: &str) -> Result<(), 
         "onHang" => component.policy.on_hang = on_hang(value)?,
         "onDisconnect" => component.policy.on_disconnect = on_disconnect(value)?,
         "resetOnError" => component.policy.reset_on_error = boolean("resetOnError", value)?,
+        "drift" => component.policy.drift = drift(value)?,
         _ => {
             return Err(PlacementError::UnknownKey {
                 key: key.to_owned(),
@@ -201,6 +207,16 @@ fn on_hang(value: &str) -> Result<OnHang, PlacementError> {
     }
 }
 
+/// `repair`, `ignore` or `adopt`, in any case.
+fn drift(value: &str) -> Result<DriftPolicy, PlacementError> {
+    match value.to_ascii_lowercase().as_str() {
+        "repair" => Ok(DriftPolicy::Repair),
+        "ignore" => Ok(DriftPolicy::Ignore),
+        "adopt" => Ok(DriftPolicy::Adopt),
+        _ => Err(bad("drift", value, "`repair`, `ignore` or `adopt`")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,6 +246,16 @@ mod tests {
         ] {
             assert_eq!(ms(text), None, "{text}");
         }
+    }
+
+    #[test]
+    fn drift_takes_its_three_words_in_any_case() {
+        let words = ["repair", "Ignore", " ADOPT "].map(|word| drift(word.trim()).unwrap());
+        let expected = [DriftPolicy::Repair, DriftPolicy::Ignore, DriftPolicy::Adopt];
+        assert_eq!(words, expected);
+        let refused = drift("keep").unwrap_err();
+        assert_eq!(refused.to_string(), "`keep` is not a value of `drift`");
+        assert_eq!(refused.help(), "expected: `repair`, `ignore` or `adopt`");
     }
 
     #[test]

@@ -1,16 +1,19 @@
-//! RTS Profile (XML or YAML, versions 0.1 and 0.2): read into a mirror, then lowered to the one model.
+//! RTS Profile (XML or YAML, versions 0.1 and 0.2): read into a mirror, then lowered to the one model; and written again
+//! from that model, as XML of version 0.2.
 
 pub mod ior;
 mod lower;
 pub mod model;
 mod read_xml;
 mod read_yaml;
+mod write;
 
 pub use lower::{LowerOptions, Places, lower};
 pub(crate) use lower::{
-    data_type_of, direction_of, is_pseudo_set, is_reversed, normal_data_type, parse_rate,
-    parse_timing, parse_whole,
+    NAME_KEY, TYPE_KEY, data_type_of, direction_of, is_pseudo_set, is_reversed, normal_data_type,
+    parse_rate, parse_timing, parse_whole, type_name,
 };
+pub use write::{WriteOptions, sayable, write};
 
 use std::collections::HashMap;
 

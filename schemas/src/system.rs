@@ -268,6 +268,14 @@ impl OnHang {
     fn is_default(&self) -> bool {
         *self == Self::default()
     }
+
+    /// As profiles and overlays write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Report => "report",
+            Self::Restart => "restart",
+        }
+    }
 }
 
 /// Restart policy, as Kubernetes names it.
@@ -281,6 +289,17 @@ pub enum RestartPolicy {
     OnFailure,
     /// Never.
     Never,
+}
+
+impl RestartPolicy {
+    /// As profiles and overlays write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Always => "always",
+            Self::OnFailure => "on-failure",
+            Self::Never => "never",
+        }
+    }
 }
 
 /// What a component does when a connector's other end is lost. Its manager does it at once, with or without agent and

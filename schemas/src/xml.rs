@@ -1,13 +1,15 @@
-//! XML text → element tree with byte places. The one file that names quick-xml.
+//! XML text → element tree with byte places, and back. The one module that names quick-xml.
 //!
 //! Namespaces are resolved, comments and order are kept. A DTD is refused (no entity can grow), depth and size are
 //! bounded, so that a hostile file costs no more than its size.
 
 mod decode;
 mod element;
+mod write;
 
 pub use decode::{Decoded, SIZE_LIMIT, decode};
 pub use element::{Attribute, Element, Node};
+pub use write::{Tag, write};
 
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};

@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rts_schemas::diagnostic::{Report, Severity};
-use rts_schemas::rts_profile::{Format, LowerOptions, ReadProfile, load, lower, read};
+use rts_schemas::rts_profile::{
+    Format, LowerOptions, ReadProfile, WriteOptions, load, lower, read, sayable, write,
+};
 use rts_schemas::system::{SendingTiming, SystemSpec, WaitFor};
 use rts_schemas::{check, names};
 
@@ -99,6 +101,57 @@ fn every_file_is_read_and_judged() {
         rts.len() >= 71 && derived.len() >= 20,
         "the corpus is incomplete"
     );
+}
+
+/// A system that was read is written so that it is read as the same one.
+#[test]
+fn every_file_is_written_as_the_same_system() {
+    let (Some(rts), Some(derived)) = (files("rts"), files("derived")) else {
+        return;
+    };
+    let options = WriteOptions {
+        created: "2026-01-15T10:00:00",
+        updated: "2026-01-15T10:00:00",
+        abstract_text: "",
+    };
+    let mut same = 0;
+    for (file, bytes) in rts.iter().chain(&derived) {
+        let profile = read(file, bytes).unwrap();
+        let stem = names::file_stem(file);
+        let lowered = lower(
+            &profile,
+            &LowerOptions {
+                name: None,
+                file_stem: stem,
+            },
+        );
+        let Some(spec) = lowered.0 else { continue };
+        let text = write(&spec, &options);
+        let again = read("written.xml", text.as_bytes()).unwrap();
+        assert_eq!(again.findings, Report::default(), "{file}");
+        let lowered = lower(&again, &LowerOptions::default());
+        let expected = sayable(&spec);
+        assert_eq!(
+            lowered,
+            (Some(expected.clone()), Report::default()),
+            "{file}"
+        );
+        same += usize::from(expected == spec);
+        // What may be deployed may be deployed again.
+        if let Ok((spec, _)) = load(file, bytes, None, &[]) {
+            assert_eq!(expected, spec, "{file}");
+            let (loaded, report) = load("written.xml", text.as_bytes(), None, &[]).unwrap();
+            assert_eq!(loaded, spec, "{file}");
+            let known = ["empty-system", "unknown-configuration-set"];
+            let new = report
+                .findings
+                .iter()
+                .find(|f| !known.contains(&f.code.as_str()));
+            assert_eq!(new, None, "{file}");
+        }
+    }
+    println!("{same} systems came back without a change");
+    assert!(same >= 80, "{same}");
 }
 
 #[test]

@@ -15,9 +15,8 @@ const HELLO: &str = include_str!("../../manifests/hello/system.xml");
 const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
 
 /// Files that are read with a warning.
-const WARNED: [&str; 6] = [
+const WARNED: [&str; 5] = [
     "empty-system.xml",
-    "not-carried-out.xml",
     "unknown-element.xml",
     "repeated-connector.xml",
     "reversed-connector.xml",
@@ -191,6 +190,7 @@ fn policies_of_an_overlay_and_of_a_profile_are_the_same() {
         ("onHang", "restart"),
         ("onDisconnect", "stop"),
         ("resetOnError", "true"),
+        ("drift", "adopt"),
     ];
     let lines: String = keys
         .iter()
@@ -220,7 +220,8 @@ fn policies_of_an_overlay_and_of_a_profile_are_the_same() {
       "restartWindowMs": 120000,
       "startTimeoutMs": 500,
       "livenessTimeoutMs": 30000,
-      "onHang": "restart"
+      "onHang": "restart",
+      "drift": "adopt"
     }
     "#);
 }

@@ -15,6 +15,7 @@ pub struct Profile {
 struct Component {
     instance: String,
     type_name: String,
+    optional: bool,
     parameters: Vec<(String, String)>,
     properties: Vec<(String, String)>,
 }
@@ -69,6 +70,13 @@ impl Profile {
         self
     }
 
+    /// The component that was named last is not required.
+    #[must_use]
+    pub fn optional(mut self) -> Self {
+        self.components.last_mut().expect("a component").optional = true;
+        self
+    }
+
     /// A parameter of the component that was named last, in its default set.
     #[must_use]
     pub fn parameter(mut self, name: &str, value: &str) -> Self {
@@ -105,6 +113,21 @@ impl Profile {
             );
         }
         let _ = write!(self.orders, "</rts:{action}>");
+        self
+    }
+
+    /// An order (`Activation`) of one condition: `target` waits at most `timeout` ms (0: for ever) until `before` is there.
+    #[must_use]
+    pub fn sync(mut self, action: &str, target: &str, before: &str, timeout: u32) -> Self {
+        let end = |tag: &str, instance: &str| {
+            format!(r#"<rts:{tag} rts:id="0" rts:instanceName="{instance}" rts:componentId=""/>"#)
+        };
+        let _ = write!(
+            self.orders,
+            r#"<rts:{action}><rts:targets rts:sequence="1"><rts:Preceding rts:sendingTiming="SYNC" rts:timeout="{timeout}">{}</rts:Preceding>{}</rts:targets></rts:{action}>"#,
+            end("PrecedingComponents", before),
+            end("TargetComponent", target),
+        );
         self
     }
 
@@ -156,9 +179,10 @@ impl Profile {
 impl Component {
     fn write(&self, text: &mut String, ports: &[(&str, &str)]) {
         let (instance, type_name) = (&self.instance, &self.type_name);
+        let required = !self.optional;
         let _ = writeln!(
             text,
-            r#"<rts:Components xsi:type="rtsExt:component_ext" rts:instanceName="{instance}" rts:id="RTC:rtsctl:example:{type_name}:1.0" rts:pathUri="localhost/{instance}.rtc" rts:isRequired="true" rts:activeConfigurationSet="default">"#
+            r#"<rts:Components xsi:type="rtsExt:component_ext" rts:instanceName="{instance}" rts:id="RTC:rtsctl:example:{type_name}:1.0" rts:pathUri="localhost/{instance}.rtc" rts:isRequired="{required}" rts:activeConfigurationSet="default">"#
         );
         for (port, kind) in ports {
             let _ = write!(

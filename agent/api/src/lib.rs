@@ -19,7 +19,7 @@ pub use rts_http::client::ClientError;
 use messages::{Batch, BatchEvent, ModuleResolution, NodeSpecEnvelope, NodeSpecReceipt};
 
 /// Version of the agent API and of the greeting.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 
 /// Results of a batch as they come.
 pub type BatchEvents = Pin<Box<dyn Stream<Item = Result<BatchEvent, ClientError>> + Send>>;

@@ -38,8 +38,11 @@ pub(super) fn module(error: ModuleError) -> Problem {
 }
 
 pub(super) fn link(error: LinkError) -> Problem {
+    step(StepError::from(error))
+}
+
+pub(super) fn step(error: StepError) -> Problem {
     let detail = error.to_string();
-    let error = StepError::from(error);
     let Some(failure) = error.failure() else {
         return Problem::unavailable("manager-silent", detail);
     };

@@ -8,7 +8,7 @@ use super::verb::{StepError, Verb};
 
 /// Activates a component. Its manager refuses that while an end is lost that `rtsctl.onDisconnect` speaks of; an end
 /// that is in no spec any more is nobody's loss.
-pub(super) async fn activate(
+pub(crate) async fn activate(
     verb: &Verb,
     key: &ManagerKey,
     instance: String,

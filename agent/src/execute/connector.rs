@@ -1,11 +1,13 @@
 //! Verbs on connectors: Connect, Disconnect. The in-port end is bound first, then the out-port end dials.
 
+use std::time::Duration;
+
 use rts_manager_api::control::{
     Binding, ConnectRequest, ConnectorInfo, FailureCode, RequestBody, ResponseBody,
 };
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::{ManagerKey, PlacedConnector};
-use rts_schemas::system::PortKind;
+use rts_schemas::system::{ConnectorSpec, PortKind};
 
 use super::verb::{StepError, Verb, unless};
 use crate::events::lock;
@@ -20,14 +22,24 @@ pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(
     };
     let source = verb.manager(&key(&connector.source.manager))?;
     let target = verb.manager(&key(&connector.target.manager))?;
-    let spec = connector.spec;
+    join(&source, &target, connector.spec, None, verb.limit).await
+}
+
+/// Connects two ports of two managers, which may be one. `by_hand` is the mark of the person who does it.
+pub(crate) async fn join(
+    source: &Manager,
+    target: &Manager,
+    spec: ConnectorSpec,
+    by_hand: Option<String>,
+    limit: Duration,
+) -> Result<(), StepError> {
     let binding = RequestBody::Bind(Binding {
         connector: spec.name.clone(),
         instance: spec.target.instance.clone(),
         port: spec.target.port.clone(),
         source: spec.source.to_string(),
     });
-    let ResponseBody::Bound { incarnation } = target.link.call(binding, verb.limit).await? else {
+    let ResponseBody::Bound { incarnation } = target.link.call(binding, limit).await? else {
         return Err(target.link.unexpected().into());
     };
     let same = source.key == target.key;
@@ -41,16 +53,16 @@ pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(
         target_socket: (!same).then(|| socket.display().to_string()),
         target_incarnation: incarnation,
         properties: spec.properties,
-        by_hand: None,
+        by_hand,
     };
-    dial(verb, &source, request).await
+    dial(source, request, limit).await
 }
 
-async fn dial(verb: &Verb, source: &Manager, request: ConnectRequest) -> Result<(), StepError> {
+async fn dial(source: &Manager, request: ConnectRequest, limit: Duration) -> Result<(), StepError> {
     let connect = || {
         source
             .link
-            .done(RequestBody::Connect(request.clone()), verb.limit)
+            .done(RequestBody::Connect(request.clone()), limit)
     };
     let error = match connect().await {
         Ok(()) => return Ok(()),
@@ -59,7 +71,7 @@ async fn dial(verb: &Verb, source: &Manager, request: ConnectRequest) -> Result<
     if !error.is(FailureCode::Conflict) {
         return Err(error);
     }
-    match present(verb, source, &request).await? {
+    match present(source, &request, limit).await? {
         Some(found) if is_same(&found, &request) => Ok(()),
         // A connector to an end that was restarted or lost: made anew.
         Some(_) => {
@@ -68,7 +80,7 @@ async fn dial(verb: &Verb, source: &Manager, request: ConnectRequest) -> Result<
                 connector: request.connector.clone(),
                 by_hand: None,
             };
-            source.link.done(request, verb.limit).await?;
+            source.link.done(request, limit).await?;
             Ok(connect().await?)
         }
         None => Err(error),
@@ -76,11 +88,11 @@ async fn dial(verb: &Verb, source: &Manager, request: ConnectRequest) -> Result<
 }
 
 async fn present(
-    verb: &Verb,
     source: &Manager,
     request: &ConnectRequest,
+    limit: Duration,
 ) -> Result<Option<ConnectorInfo>, StepError> {
-    let answer = source.link.call(RequestBody::Inventory, verb.limit).await?;
+    let answer = source.link.call(RequestBody::Inventory, limit).await?;
     let ResponseBody::Inventory(inventory) = answer else {
         return Err(source.link.unexpected().into());
     };
@@ -132,27 +144,39 @@ pub(super) async fn disconnect(
     instance: String,
     connector: String,
 ) -> Result<(), StepError> {
+    let limit = verb.limit;
     if let Some(source) = verb.manager_if_any(key) {
-        let request = RequestBody::Disconnect {
-            instance,
-            connector: connector.clone(),
-            by_hand: None,
-        };
-        let result = source.link.done(request, verb.limit).await;
-        unless(FailureCode::NotFound, result)?;
+        part(&source, instance, connector.clone(), None, limit).await?;
     }
     let ends = verb.agent.managers.of_system(key.system.as_ref());
     // A manager that hangs keeps its binding; it does no harm without a source, and must not hold up the rest.
     let ends = ends.iter().filter(|m| lock(&m.seen).responsive);
-    let unbound = ends.map(|manager| {
-        let connector = connector.clone();
-        async move {
-            let request = RequestBody::Unbind { connector };
-            if let Err(e) = manager.link.done(request, verb.limit).await {
-                tracing::debug!(manager = manager.key.display_name(), "cannot unbind: {e}");
-            }
-        }
-    });
+    let unbound = ends.map(|manager| unbind(manager, connector.clone(), limit));
     futures_util::future::join_all(unbound).await;
     Ok(())
+}
+
+/// Removes a connector at its source; what is gone already is fine. `by_hand` is the mark of the person who does it.
+pub(crate) async fn part(
+    source: &Manager,
+    instance: String,
+    connector: String,
+    by_hand: Option<String>,
+    limit: Duration,
+) -> Result<(), StepError> {
+    let request = RequestBody::Disconnect {
+        instance,
+        connector,
+        by_hand,
+    };
+    let result = source.link.done(request, limit).await;
+    unless(FailureCode::NotFound, result)
+}
+
+/// Removes a binding, if that can be done.
+pub(crate) async fn unbind(manager: &Manager, connector: String, limit: Duration) {
+    let request = RequestBody::Unbind { connector };
+    if let Err(e) = manager.link.done(request, limit).await {
+        tracing::debug!(manager = manager.key.display_name(), "cannot unbind: {e}");
+    }
 }

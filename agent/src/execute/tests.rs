@@ -1,14 +1,18 @@
 //! The scheduler with hands that only pretend, on a paused clock: transcripts in text.
 
+mod laws;
+mod limits;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rts_plan::desired::ManagerKey;
-use rts_plan::plan::Work;
+use rts_plan::plan::{OnTimeout, Work};
 
 use super::*;
+use limits::limited;
 
 /// How a pretended step goes: milliseconds, and whether it succeeds. Steps that are not named take 10 ms.
 struct Pretend {
@@ -376,4 +380,19 @@ fn batches_that_make_no_sense_are_refused() {
         BatchFault::Twice(1)
     );
     assert_eq!(fault(&[step(1, &[])], &[1]), BatchFault::Twice(1));
+    let mut ends = step(2, &[]);
+    ends.after_end_of = vec![3];
+    assert_eq!(
+        fault(&[ends], &[3]),
+        BatchFault::Backwards { step: 2, need: 3 }
+    );
+    let limit = |ms, steps: &[StepId]| limited(step(2, &[1]), steps, ms, OnTimeout::Fail);
+    assert_eq!(fault(&[limit(0, &[1])], &[1]), BatchFault::NoTime(2));
+    assert_eq!(
+        fault(&[limit(9, &[1, 3])], &[1, 3]),
+        BatchFault::NoWait {
+            step: 2,
+            limited: 3
+        }
+    );
 }

@@ -12,6 +12,7 @@ use crate::agent::Agent;
 use crate::ledger::Fence;
 use crate::manager_link::LinkError;
 use crate::managers::Manager;
+use crate::policies::Policies;
 
 /// A step that failed.
 #[derive(Debug, thiserror::Error)]
@@ -76,13 +77,7 @@ pub(crate) struct Hands {
 
 impl CarryOut for Hands {
     fn limit(&self, step: &Step) -> Duration {
-        match &step.work {
-            Work::Create { instance, .. } | Work::Activate { instance, .. } => {
-                let policies = self.agent.policies();
-                policies.start_timeout(step.system.as_ref(), instance)
-            }
-            work => limit(work),
-        }
+        limit(step, &self.agent.policies())
     }
 
     fn carry_out(&self, step: Step, limit: Duration) -> Carrying {
@@ -109,7 +104,17 @@ impl CarryOut for Hands {
 }
 
 /// How long a step may take.
-fn limit(work: &Work) -> Duration {
+pub(crate) fn limit(step: &Step, policies: &Policies) -> Duration {
+    match &step.work {
+        Work::Create { instance, .. } | Work::Activate { instance, .. } => {
+            policies.start_timeout(step.system.as_ref(), instance)
+        }
+        work => usual_limit(work),
+    }
+}
+
+/// How long a step may take unless a policy says otherwise.
+pub(crate) fn usual_limit(work: &Work) -> Duration {
     Duration::from_secs(match work {
         Work::StartManager { .. } | Work::Connect { .. } | Work::Disconnect { .. } => 5,
         Work::Install { .. } | Work::LoadModule { .. } => 20,
@@ -125,7 +130,7 @@ fn limit(work: &Work) -> Duration {
 }
 
 /// What a verb works with.
-pub(super) struct Verb {
+pub(crate) struct Verb {
     pub agent: Arc<Agent>,
     pub system: Option<SystemRef>,
     pub limit: Duration,

@@ -31,8 +31,8 @@ pub(crate) struct View {
     pub inventory: ManagerInventory,
 }
 
-/// Samples received, by (system, connector, in-port end).
-type Received = HashMap<(Option<SystemRef>, String, PortRef), u64>;
+/// Samples received, by (connector, incarnation with the in-port, in-port).
+type Received = HashMap<(String, String, String), u64>;
 
 /// Merges the answers; the revision is 0.
 pub(crate) fn merge(node: &str, mut views: Vec<View>, policies: &Policies) -> Inventory {
@@ -55,11 +55,8 @@ fn received(views: &[View]) -> Received {
         for component in &view.inventory.components {
             // One without a source counts what came over a connection that is no more.
             for binding in component.bindings.iter().filter(|b| b.connected) {
-                let target = PortRef {
-                    instance: component.instance.clone(),
-                    port: binding.port.clone(),
-                };
-                let key = (view.key.system.clone(), binding.connector.clone(), target);
+                let (end, port) = (component.incarnation.clone(), binding.port.clone());
+                let key = (binding.connector.clone(), end, port);
                 received.insert(key, binding.samples_received);
             }
         }
@@ -73,7 +70,7 @@ fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObser
         .inventory
         .components
         .into_iter()
-        .map(|c| component(c, view.key.system.as_ref(), received, policies))
+        .map(|c| component(c, received, policies))
         .collect();
     components.sort_by(|a, b| a.instance.cmp(&b.instance));
     ManagerObserved {
@@ -88,17 +85,12 @@ fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObser
     }
 }
 
-fn component(
-    info: ComponentInfo,
-    system: Option<&SystemRef>,
-    received: &Received,
-    policies: &Policies,
-) -> ComponentObserved {
+fn component(info: ComponentInfo, received: &Received, policies: &Policies) -> ComponentObserved {
     let hangs = hang::hangs(policies, &info).map(hangs);
     let mut connectors: Vec<_> = info
         .connectors
         .into_iter()
-        .map(|c| connector(&info.instance, c, system, received))
+        .map(|c| connector(&info.instance, c, received))
         .collect();
     connectors.sort_by(|a, b| a.name.cmp(&b.name));
     ComponentObserved {
@@ -144,17 +136,13 @@ fn hangs(busy: &Busy) -> String {
     )
 }
 
-fn connector(
-    instance: &str,
-    info: ConnectorInfo,
-    system: Option<&SystemRef>,
-    received: &Received,
-) -> ConnectorObserved {
+fn connector(instance: &str, info: ConnectorInfo, received: &Received) -> ConnectorObserved {
     let target = PortRef {
         instance: info.target_instance,
         port: info.target_port,
     };
-    let key = (system.cloned(), info.name.clone(), target.clone());
+    let end = info.target_incarnation.clone();
+    let key = (info.name.clone(), end, target.port.clone());
     ConnectorObserved {
         name: info.name,
         source: PortRef {

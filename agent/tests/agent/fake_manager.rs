@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    BindingInfo, Busy, ComponentInfo, ConnectorInfo, CreateRequest, Failure, FailureCode,
-    FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request, RequestBody,
-    Response, ResponseBody, SystemId,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest, Failure,
+    FailureCode, FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request,
+    RequestBody, Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_manager_api::frame;
@@ -232,6 +232,9 @@ impl Fake {
                 {
                     return refused(FailureCode::Conflict, "connected already");
                 }
+                if let Some(marks) = &mut component.by_hand {
+                    marks.disconnected.remove(&request.connector);
+                }
                 component.connectors.push(ConnectorInfo {
                     name: request.connector,
                     port: request.port,
@@ -253,19 +256,30 @@ impl Fake {
             RequestBody::Disconnect {
                 instance,
                 connector,
-                ..
+                by_hand,
             } => {
                 if let Some(component) = components.get_mut(&instance) {
                     component.connectors.retain(|c| c.name != connector);
+                    if let Some(marks) = &mut component.by_hand {
+                        let mark = by_hand.map(|mark| (connector, mark));
+                        marks.disconnected.extend(mark);
+                    }
                 }
             }
             RequestBody::Configure {
                 instance,
                 sets,
                 on_disconnect,
+                by_hand,
                 ..
             } => match components.get_mut(&instance) {
                 Some(component) => {
+                    if sets.values().flatten().any(|(name, _)| name == "refuse") {
+                        return refused(FailureCode::Invalid, "it is out of range");
+                    }
+                    if let Some(marks) = &mut component.by_hand {
+                        marks.configured = by_hand;
+                    }
                     component.sets.extend(sets);
                     component.busy = busy(component);
                     if on_disconnect.is_some() {
@@ -276,9 +290,14 @@ impl Fake {
             },
             RequestBody::Activate { instance } => {
                 note(&self.notes, &instance);
+                mark_deactivated(components, &instance, None);
                 return turn(components, &instance, "Active");
             }
-            RequestBody::Deactivate { instance, .. } | RequestBody::Reset { instance } => {
+            RequestBody::Deactivate { instance, by_hand } => {
+                mark_deactivated(components, &instance, by_hand);
+                return turn(components, &instance, "Inactive");
+            }
+            RequestBody::Reset { instance } => {
                 return turn(components, &instance, "Inactive");
             }
             RequestBody::Delete { instance } => {
@@ -286,6 +305,16 @@ impl Fake {
                     return refused(FailureCode::Deadline, "on_finalize still runs");
                 }
                 components.remove(&instance);
+            }
+            // The real one forgets only what is still so.
+            RequestBody::Forget {
+                instance,
+                by_hand,
+                connectors,
+            } => {
+                if let Some(component) = components.get_mut(&instance) {
+                    forget(component, &by_hand, &connectors);
+                }
             }
             RequestBody::Inventory => {
                 for component in components.values_mut() {
@@ -299,6 +328,40 @@ impl Fake {
             RequestBody::Shutdown => {}
         }
         Ok(ResponseBody::Done)
+    }
+}
+
+fn forget(
+    component: &mut ComponentInfo,
+    by_hand: &ByHandInfo,
+    connectors: &BTreeMap<String, String>,
+) {
+    for connector in &mut component.connectors {
+        if connectors.contains_key(&connector.name) {
+            connector.by_hand = None;
+        }
+    }
+    if let Some(marks) = &mut component.by_hand {
+        if by_hand.configured.is_some() {
+            marks.configured = None;
+        }
+        if by_hand.deactivated.is_some() {
+            marks.deactivated = None;
+        }
+        marks
+            .disconnected
+            .retain(|name, _| !by_hand.disconnected.contains_key(name));
+    }
+}
+
+fn mark_deactivated(
+    components: &mut BTreeMap<String, ComponentInfo>,
+    instance: &str,
+    mark: Option<String>,
+) {
+    let component = components.get_mut(instance);
+    if let Some(marks) = component.and_then(|c| c.by_hand.as_mut()) {
+        marks.deactivated = mark;
     }
 }
 
@@ -373,7 +436,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         ],
         connectors: Vec::new(),
         bindings: Vec::new(),
-        by_hand: None,
+        by_hand: (version() > 1).then(ByHandInfo::default),
         instance: request.instance,
         type_name: request.type_name,
         system: request.system,

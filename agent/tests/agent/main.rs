@@ -2,6 +2,7 @@
 // A failure in a test's own helper is a failed test.
 #![allow(clippy::unwrap_used)]
 
+mod acts;
 mod adopt;
 mod agent_process;
 mod batches;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rts_agent::Config;
 
 use rts_agent_api::AgentApi;
-use rts_agent_api::messages::ModuleRequest;
+use rts_agent_api::messages::{Batch, ModuleRequest};
 use rts_plan::observed::ManagerObserved;
 use rts_plan::plan::Work;
 
@@ -80,8 +80,8 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
     assert!(lives(after.managers[0].pid));
 }
 
-#[tokio::test]
-async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
+/// A node that runs the real hello system, and what brought it up.
+pub async fn hello() -> (Node, Batch) {
     let mut config =
         config().expect("build everything first (cargo build --workspace --all-targets)");
     let home = tempfile::Builder::new()
@@ -100,6 +100,12 @@ async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
     }
     let outcomes = node.outcomes(&batch).await;
     assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
+    (node, batch)
+}
+
+#[tokio::test]
+async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
+    let (node, mut batch) = hello().await;
     let up = node
         .until(|i| {
             ["Sine0", "Filter0"].iter().all(|name| {

@@ -1,51 +1,49 @@
 //! `rtsctl apply`.
 
 mod partly;
+mod send;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
-use rts_controller_api::requests::ApplyResult;
+use rts_controller_api::requests::{ApplyResult, PlanResult};
 
 pub use self::partly::list_unfinished;
 use self::partly::{list_waiting, partly};
+use super::plan::ExpectArgs;
 use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::{Follower, Verdict, judge};
-use crate::input::{Input, InputArgs};
+use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
 use crate::session::Session;
-use crate::show::plan::{self, PlanFormat};
+use crate::show::plan::{self, PlanFormat, View};
 use crate::show::progress::{self, Progress};
 
-/// How long a controller that was there may be silent.
-const SILENCE: Duration = Duration::from_secs(5);
-/// Time between two tries.
-const PAUSE: Duration = Duration::from_millis(200);
 /// How long a system may be unwell without anybody saying why.
 const UNCLEAR: Duration = Duration::from_secs(3);
 
 /// Make a system run as its profile says, and wait until it does
 ///
-/// Starts the local controller and agent when no controller is named and none runs.
+/// Starts the local controller and agent when no controller is named and none runs. FILE may be a plan that `rtsctl plan
+/// --out` saved: then just that is done, or nothing if something has changed since (exit 7).
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "rtsctl apply [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl apply [OPTIONS] -f FILE [-f OVERLAY]..."
 )]
 pub struct Args {
-    /// The system.
+    /// The system, or a plan that `plan --out` saved.
     #[command(flatten)]
     input: InputArgs,
     /// How long to wait; the controller goes on after that
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
     timeout: Duration,
-    /// Refuse (exit 9) if a process would restart or a component be made again
-    #[arg(long)]
-    no_restart: bool,
+    /// What must be true.
+    #[command(flatten)]
+    expect: ExpectArgs,
     /// Only print the plan; starts nothing
     #[arg(long)]
     dry_run: bool,
@@ -53,15 +51,38 @@ pub struct Args {
 
 /// Applies and follows until everything runs.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
-    let input = args.input.load(&session.out)?;
+    let (input, saved) = match args.input.load_any(&session.out)? {
+        Source::System(input) => (*input, None),
+        Source::Saved(saved) => (Input::saved(&saved), Some(saved)),
+    };
     if args.dry_run {
-        return dry_run(&input, session).await;
+        return dry_run(&input, &args.expect, session).await;
     }
-    let controller = session.connect_or_start().await?;
-    let name = &input.request.spec.name;
+    let controller = match &saved {
+        // What was planned with a controller is of no use to a new one.
+        Some(_) => session.connect().await?,
+        None => session.connect_or_start().await?,
+    };
     let start = Instant::now();
-    restarts(&input, args.no_restart, &controller, session).await?;
-    let result = put(&input, &controller).await?;
+    let plan = match saved {
+        Some(saved) => saved.result(),
+        None => planned(&input, "apply", &controller).await?,
+    };
+    plan::warn_of(&plan.plan, &input.request.spec, &session.out);
+    args.expect.check(&input, &plan)?;
+    let input = args.expect.added(input);
+    let result = send::put(&input, &controller).await?;
+    follow(result, start, args.timeout, &controller, session).await
+}
+
+/// Waits until what was applied runs.
+async fn follow(
+    result: ApplyResult,
+    start: Instant,
+    timeout: Duration,
+    controller: &Controller,
+    session: &Session,
+) -> Result<Exit, CliError> {
     if !result.changed && result.plan.is_empty() && is_settled(&result.system) {
         session.out.result("no changes")?;
         return Ok(Exit::Ok);
@@ -69,8 +90,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     for note in &result.system.status.notes {
         session.out.say(&format!("note: {note}"));
     }
-    let wait = wait(result.system, start + args.timeout, &controller, session);
-    let (system, verdict) = or_interrupted(wait, session, &goes_on(name)).await?;
+    let name = result.system.metadata.name.clone();
+    let wait = wait(result.system, start + timeout, controller, session);
+    let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
     match verdict {
         Verdict::Converged(waiting) => converged(&system, &waiting, start.elapsed(), session),
         Verdict::Partly(waiting) => {
@@ -80,60 +102,32 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Verdict::Unclear | Verdict::Going => {
             list_unfinished(&system, session);
             Err(CliError::Deadline {
-                system: name.clone(),
+                system: name,
                 goal: "converged",
-                seconds: args.timeout.as_secs_f64(),
+                seconds: timeout.as_secs_f64(),
             })
         }
     }
 }
 
-async fn dry_run(input: &Input, session: &Session) -> Result<Exit, CliError> {
+async fn dry_run(input: &Input, expect: &ExpectArgs, session: &Session) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
-    let name = &input.request.spec.name;
-    let result = controller.plan(&input.request).await;
-    let result = result.map_err(input.failed(format!("plan system/{name}")))?;
-    plan::print(&result, PlanFormat::Text, &session.out)?;
+    let result = planned(input, "plan", &controller).await?;
+    plan::print(&result, PlanFormat::Text, View::Fields, &session.out)?;
+    expect.check(input, &result)?;
     session.out.say("dry run: nothing was changed");
     Ok(Exit::Ok)
 }
 
-/// Says what will restart before it does, or refuses.
-async fn restarts(
+/// What would be done now, whatever is expected.
+async fn planned(
     input: &Input,
-    forbidden: bool,
+    verb: &str,
     controller: &Controller,
-    session: &Session,
-) -> Result<(), CliError> {
-    let spec = &input.request.spec;
-    let result = controller.plan(&input.request).await;
-    let result = result.map_err(input.failed(format!("apply system/{}", spec.name)))?;
-    let restarts = plan::restarts(&result.plan, spec);
-    for line in &restarts {
-        session.out.say(line);
-    }
-    if forbidden && !restarts.is_empty() {
-        let count = restarts.len();
-        return Err(CliError::WouldRestart {
-            system: spec.name.clone(),
-            restarts: format!("{count} process{}", if count == 1 { "" } else { "es" }),
-        });
-    }
-    Ok(())
-}
-
-/// Sends the system. It may be sent again, so a controller that dies meanwhile is given time to come back.
-async fn put(input: &Input, controller: &Controller) -> Result<ApplyResult, CliError> {
-    let what = format!("apply system/{}", input.request.spec.name);
-    let end = Instant::now() + SILENCE;
-    loop {
-        match controller.apply(&input.request).await {
-            Err(ClientError::Unreachable { .. }) if Instant::now() < end => {
-                tokio::time::sleep(PAUSE).await;
-            }
-            result => return result.map_err(input.failed(what)),
-        }
-    }
+) -> Result<PlanResult, CliError> {
+    let what = format!("{verb} system/{}", input.request.spec.name);
+    let result = controller.plan(&input.planned()).await;
+    result.map_err(input.failed(what))
 }
 
 fn is_settled(system: &System) -> bool {

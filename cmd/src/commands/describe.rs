@@ -6,7 +6,7 @@ use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Event, Kind, List, Metadata};
 use serde::de::DeserializeOwned;
 
-use super::get::{KindName, singular, there_are};
+use super::get::{KindName, absent, singular};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
@@ -29,11 +29,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let scene = look(&controller, session).await?;
     let pages = describe::pages(kind, &name, &scene);
     if pages.is_empty() {
-        let known = describe::names(kind, &scene);
-        return Err(CliError::usage_help(
-            format!("{}/{name} is not there", singular(kind)),
-            there_are(&known),
-        ));
+        return Err(absent(kind, &name, &describe::names(kind, &scene)));
     }
     session.out.result(&pages.join("\n"))?;
     Ok(Exit::Ok)

@@ -9,7 +9,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::input::{Input, InputArgs};
 use crate::session::Session;
-use crate::show::plan::{self, PlanFormatArgs};
+use crate::show::plan::{self, PlanFormatArgs, View};
 
 /// How long questions under way are waited for before they count as differences.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -18,7 +18,8 @@ const PAUSE: Duration = Duration::from_millis(200);
 
 /// Show how what runs differs from a profile, and what would restart; nothing changes
 ///
-/// Exits 1 if anything differs, or cannot be done now.
+/// Exits 1 if anything differs, or cannot be done now. What a person changed by hand and may keep (`rtsctl.drift`: `ignore`)
+/// is shown and is no difference.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "rtsctl diff [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl diff [OPTIONS] -f FILE [-f OVERLAY]..."
@@ -37,7 +38,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let input = args.input.load(&session.out)?;
     let controller = session.connect().await?;
     let result = compare(&input, &controller).await?;
-    plan::print(&result, args.format.output, &session.out)?;
+    plan::print(&result, args.format.output, View::Lines, &session.out)?;
     Ok(if plan::concerns(&result.plan, &input.request.spec) {
         Exit::Different
     } else {

@@ -7,6 +7,7 @@ use clap::builder::PossibleValue;
 use jiff::Timestamp;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Kind, List};
+use rts_schemas::suggest;
 use serde_json::Value;
 
 use crate::error::CliError;
@@ -186,20 +187,24 @@ pub async fn show(
 /// The error for an object that is not there, with the names of those that are.
 fn not_there<'v>(selection: &Selection<'_>, items: impl Iterator<Item = &'v Value>) -> CliError {
     let known: Vec<_> = items.map(name_of).collect();
-    let name = selection.name.unwrap_or_default();
+    absent(selection.kind, selection.name.unwrap_or_default(), &known)
+}
+
+/// The error for an object that is not there, with the nearest of the names that are.
+pub fn absent(kind: Kind, name: &str, known: &[impl AsRef<str>]) -> CliError {
+    let near = suggest::nearest(name, known.iter().map(AsRef::as_ref));
+    let near = near.map(|near| format!("did you mean `{near}`? "));
     CliError::usage_help(
-        format!("{}/{name} is not there", singular(selection.kind)),
-        there_are(&known),
+        format!("{}/{name} is not there", singular(kind)),
+        near.unwrap_or_default() + &there_are(known),
     )
 }
 
 /// `there are: A, B`.
 pub fn there_are(known: &[impl AsRef<str>]) -> String {
-    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
-    let known = if known.is_empty() {
-        "none".to_owned()
-    } else {
-        known.join(", ")
+    let known = match suggest::listed(known.iter().map(AsRef::as_ref)) {
+        none if none.is_empty() => "none".to_owned(),
+        listed => listed,
     };
     format!("there are: {known}")
 }
@@ -247,12 +252,18 @@ fn print_table(
     let text = table.render(!format.no_headers, session.out.stdout_color());
     session.out.result(&text)?;
     let drift = lists::drift(kind, &list.items);
-    if !drift.is_empty() {
-        let (count, names) = (plural(singular(kind), drift.len()), drift.join(", "));
-        let is = if drift.len() == 1 { "is" } else { "are" };
-        session
-            .out
-            .say(&format!("{count} {is} in no system (drift): {names}"));
+    for (names, one, more, what) in [
+        (&drift.extra, "is", "are", "in no system"),
+        (&drift.changed, "was", "were", "changed by hand"),
+    ] {
+        if !names.is_empty() {
+            let count = plural(singular(kind), names.len());
+            let is = if names.len() == 1 { one } else { more };
+            let names = suggest::listed(names.iter().map(String::as_str));
+            session
+                .out
+                .say(&format!("{count} {is} {what} (drift): {names}"));
+        }
     }
     Ok(())
 }

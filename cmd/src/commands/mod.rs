@@ -1,17 +1,26 @@
 //! One verb per file: its arguments, whose text is its help, and what it does.
 
+pub mod activate;
 pub mod apply;
+pub mod by_hand;
 pub mod completion;
+pub mod conf;
+pub mod connect;
 pub mod controller;
+pub mod deactivate;
 pub mod describe;
 pub mod diff;
+pub mod disconnect;
 pub mod docs;
 pub mod down;
 pub mod events;
+pub mod explain;
+pub mod export;
 pub mod get;
 pub mod logs;
 pub mod manager;
 pub mod plan;
+pub mod reset;
 pub mod teardown;
 pub mod up;
 pub mod version;

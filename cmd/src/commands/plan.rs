@@ -1,14 +1,20 @@
 //! `rtsctl plan`.
 
+use std::path::PathBuf;
+
+use rts_controller_api::requests::PlanResult;
+
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::input::InputArgs;
+use crate::input::{Input, InputArgs};
+use crate::saved::SavedPlan;
 use crate::session::Session;
-use crate::show::plan::{self, PlanFormatArgs};
+use crate::show::plan::{self, PlanFormatArgs, View};
 
 /// Show what apply would do, step by step; nothing changes
 ///
-/// Exits 0 whether there is anything to do or not.
+/// `+` is added, `~` changed in place, `-` removed, `!` stopped and made again. Exits 0 whether there is anything to do or
+/// not.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "rtsctl plan [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl plan [OPTIONS] -f FILE [-f OVERLAY]..."
@@ -20,6 +26,26 @@ pub struct Args {
     /// How to print.
     #[command(flatten)]
     format: PlanFormatArgs,
+    /// List the steps however many they are (50 or fewer always are)
+    #[arg(long)]
+    steps: bool,
+    /// Save the plan: `rtsctl apply PLAN` does just that, or nothing if something has changed
+    #[arg(long, value_name = "PLAN")]
+    out: Option<PathBuf>,
+    /// What must be true.
+    #[command(flatten)]
+    expect: ExpectArgs,
+}
+
+/// What must be true for a system to be applied.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ExpectArgs {
+    /// Refuse (exit 7) if the system was changed since: `plan` says the number
+    #[arg(long, value_name = "N")]
+    pub check_index: Option<u64>,
+    /// Refuse (exit 9) if a process would restart or a component be made again
+    #[arg(long)]
+    pub no_restart: bool,
 }
 
 /// Prints the plan.
@@ -29,6 +55,52 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let name = &input.request.spec.name;
     let result = controller.plan(&input.request).await;
     let result = result.map_err(input.failed(format!("plan system/{name}")))?;
-    plan::print_with_steps(&result, args.format.output, &session.out)?;
+    let view = View::Steps { all: args.steps };
+    plan::print(&result, args.format.output, view, &session.out)?;
+    args.expect.check(&input, &result)?;
+    if let Some(path) = &args.out {
+        SavedPlan::of(&input.request, &result).write(path)?;
+        let path = path.display();
+        let text = format!("saved in {path}: `rtsctl apply {path}` carries it out");
+        session.out.say(&text);
+    }
     Ok(Exit::Ok)
+}
+
+impl ExpectArgs {
+    /// Fails if a plan is not as expected.
+    pub fn check(&self, input: &Input, result: &PlanResult) -> Result<(), CliError> {
+        let spec = &input.request.spec;
+        let wanted = self.check_index.or(input.request.expect.index);
+        if let Some(then) = wanted.filter(|then| *then != result.index) {
+            let now = result.index;
+            return Err(CliError::Stale {
+                system: spec.name.clone(),
+                reason: format!("its check index is {now}, not {then}"),
+            });
+        }
+        let digest = input.request.expect.digest.as_ref();
+        if digest.is_some_and(|digest| *digest != result.digest) {
+            return Err(CliError::Stale {
+                system: spec.name.clone(),
+                reason: "something that runs has changed, and another plan is made now".to_owned(),
+            });
+        }
+        let restarts = plan::would_restart(&result.plan, spec);
+        match restarts.filter(|_| self.no_restart) {
+            None => Ok(()),
+            Some(restarts) => Err(CliError::WouldRestart {
+                system: spec.name.clone(),
+                restarts,
+            }),
+        }
+    }
+
+    /// The same, for the controller to check when it decides.
+    pub fn added(&self, mut input: Input) -> Input {
+        let expect = &mut input.request.expect;
+        expect.index = self.check_index.or(expect.index);
+        expect.no_restart = self.no_restart;
+        input
+    }
 }

@@ -10,6 +10,10 @@ const VERSIONS: &str = "rtsctl and the controller are probably of different vers
 /// Codes of problems that a node's agent is the cause of.
 const AGENT: [&str; 2] = ["agent-unreachable", "node-not-ready"];
 
+const PLAN_AGAIN: &str = "plan again with `rtsctl plan`, read what is different, and apply that";
+
+const LET_RESTART: &str = "leave out --no-restart to let it restart";
+
 impl CliError {
     /// How to mend it.
     pub fn help(&self) -> Option<String> {
@@ -22,8 +26,14 @@ impl CliError {
             };
             return Some(format!("try again later{look}"));
         }
+        match self.problem().map(|problem| problem.code.as_str()) {
+            Some("stale-plan") => return Some(PLAN_AGAIN.to_owned()),
+            Some("would-restart") => return Some(LET_RESTART.to_owned()),
+            _ => {}
+        }
         match self {
-            CliError::Usage { help, .. } => help.clone(),
+            CliError::Usage { help, .. } | CliError::SavedPlan { help, .. } => help.clone(),
+            CliError::Stale { .. } => Some(PLAN_AGAIN.to_owned()),
             CliError::NoController { .. } => Some("start one with `rtsctl up`".to_owned()),
             CliError::Local(e) => e.help(),
             CliError::Request { source, .. } => match source.as_ref() {
@@ -40,9 +50,7 @@ impl CliError {
                 held,
                 ..
             } => Some(partly(system, target.as_deref(), *held)),
-            CliError::WouldRestart { .. } => {
-                Some("leave out --no-restart to let it restart".to_owned())
-            }
+            CliError::WouldRestart { .. } => Some(LET_RESTART.to_owned()),
             CliError::Deadline { .. } => {
                 Some("the controller goes on: see `rtsctl get systems`".to_owned())
             }

@@ -199,6 +199,7 @@ fn connector(connector: &Connector, scene: &Scene) -> Page {
     if waiting.is_empty() {
         page.line("Waits for", status.waiting_on.clone().unwrap_or_default());
     }
+    page.drift(&target, &spec.system, &status.drift_fields, scene);
     page.events(scene, |event| {
         event.spec.object == target && event.spec.system == spec.system
     });

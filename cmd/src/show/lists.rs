@@ -32,15 +32,34 @@ pub fn typed<T: DeserializeOwned>(kind: Kind, items: &[Value]) -> Result<Vec<T>,
         })
 }
 
-/// Names of those in a list that are in no system.
-pub fn drift(kind: Kind, items: &[Value]) -> Vec<String> {
-    let drifts = |item: &&Value| item["status"]["drift"].as_bool() == Some(true);
-    let name = |item: &Value| item["metadata"]["name"].as_str().map(str::to_owned);
-    if matches!(kind, Kind::Component | Kind::Connector) {
-        items.iter().filter(drifts).filter_map(name).collect()
-    } else {
-        Vec::new()
+/// Names of those in a list that drift.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Drift {
+    /// In no system's spec.
+    pub extra: Vec<String>,
+    /// Changed by hand.
+    pub changed: Vec<String>,
+}
+
+/// What in a list drifts.
+pub fn drift(kind: Kind, items: &[Value]) -> Drift {
+    let mut drift = Drift::default();
+    if !matches!(kind, Kind::Component | Kind::Connector) {
+        return drift;
     }
+    for item in items {
+        let (status, name) = (&item["status"], item["metadata"]["name"].as_str());
+        let by_hand = status["driftFields"]
+            .as_array()
+            .is_some_and(|f| !f.is_empty());
+        let list = match status["drift"].as_bool() {
+            Some(true) if by_hand => &mut drift.changed,
+            Some(true) => &mut drift.extra,
+            _ => continue,
+        };
+        list.extend(name.map(str::to_owned));
+    }
+    drift
 }
 
 /// One column: its header, whether only wide tables have it, and its cell.
@@ -94,6 +113,10 @@ fn systems(items: &[System], look: Look) -> Table {
             format!("{}/{}", s.status.active, s.status.components)
         }),
         Column("PHASE", Any, |s| format!("{:?}", s.status.phase)),
+        Column("DRIFT", Wide, |s| match s.status.drift.len() {
+            0 => String::new(),
+            some => some.to_string(),
+        }),
         Column("ID", Wide, |s| one_word(&s.spec.full_id)),
     ];
     columns(items, &all, |s| s.metadata.creation_timestamp, look)
@@ -119,8 +142,9 @@ fn components(items: &[Component], look: Look) -> Table {
         Column("MANAGER", Any, |c| c.status.manager.clone()),
         Column("STATE", Any, |c| c.status.state.clone()),
         Column("RESTARTS", Any, |c| c.status.restarts.to_string()),
-        Column("SYSTEM", Wide, |c| {
-            system_or_drift(&c.spec.system, c.status.drift)
+        Column("SYSTEM", Wide, |c| c.spec.system.clone()),
+        Column("DRIFT", Wide, |c| {
+            drifted(c.status.drift, &c.status.drift_fields)
         }),
         Column("PID", Wide, |c| text(c.status.pid)),
         Column("RATE", Wide, |c| {
@@ -149,8 +173,9 @@ fn connectors(items: &[Connector], look: Look) -> Table {
         Column("TYPE", Wide, |c| one_word(&text(c.spec.data_type.as_ref()))),
         Column("TRANSPORT", Wide, |c| c.status.transport.clone()),
         Column("BYTES", Wide, |c| c.status.bytes.to_string()),
-        Column("SYSTEM", Wide, |c| {
-            system_or_drift(&c.spec.system, c.status.drift)
+        Column("SYSTEM", Wide, |c| c.spec.system.clone()),
+        Column("DRIFT", Wide, |c| {
+            drifted(c.status.drift, &c.status.drift_fields)
         }),
     ];
     columns(items, &all, |c| c.metadata.creation_timestamp, look)
@@ -191,11 +216,13 @@ fn yes(value: bool) -> String {
     if value { "True" } else { "False" }.to_owned()
 }
 
-fn system_or_drift(system: &str, drift: bool) -> String {
-    if drift {
-        format!("{system}(drift)")
-    } else {
-        system.to_owned()
+/// What drifts in an object: the fields that differ, or in what way it does.
+fn drifted(drift: bool, fields: &[String]) -> String {
+    let name = |field: &String| one_word(field.split_once(": ").map_or(field, |(name, _)| name));
+    match (drift, fields) {
+        (false, _) => String::new(),
+        (true, []) => "in_no_system".to_owned(),
+        (true, fields) => fields.iter().map(name).collect::<Vec<_>>().join(","),
     }
 }
 
@@ -285,8 +312,34 @@ mod tests {
     #[test]
     fn what_is_in_no_system_is_found() {
         let items = samples::values(Kind::Component);
-        assert_eq!(drift(Kind::Component, &items), ["C9"]);
-        assert!(drift(Kind::Node, &samples::values(Kind::Node)).is_empty());
+        let found = drift(Kind::Component, &items);
+        assert_eq!(
+            (found.extra, found.changed),
+            (vec!["C9".to_owned()], vec![])
+        );
+        let none = drift(Kind::Node, &samples::values(Kind::Node));
+        assert_eq!(none, Drift::default());
+    }
+
+    #[test]
+    fn what_was_changed_by_hand_is_found_and_its_fields_are_one_cell() {
+        let mut items = samples::values(Kind::Component);
+        items[0]["status"]["drift"] = true.into();
+        items[0]["status"]["driftFields"] = [
+            "configuration.default.gain: 1: a -> 2",
+            "state: Active -> Inactive",
+        ]
+        .as_slice()
+        .into();
+        assert_eq!(drift(Kind::Component, &items).changed, ["Sine0"]);
+        let text = table(Kind::Component, &items, look(true)).unwrap();
+        let text = text.render(true, false);
+        assert!(
+            text.contains("  hello   configuration.default.gain,state  "),
+            "{text}"
+        );
+        let missing = ["was disconnected by hand".to_owned()];
+        assert_eq!(drifted(true, &missing), "was_disconnected_by_hand");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! How objects, plans, findings and progress look.
 
 pub mod age;
+pub mod conf;
 pub mod describe;
 pub mod findings;
 pub mod lists;

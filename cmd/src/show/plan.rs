@@ -1,13 +1,26 @@
-//! Plans on stdout, as text or as the JSON that scripts may rely on.
+//! Plans on stdout: as text, as the JSON that scripts may rely on, and as graphs.
+
+mod document;
+mod own;
+#[cfg(test)]
+pub mod samples;
 
 use clap::ValueEnum;
 use rts_controller_api::requests::PlanResult;
 use rts_plan::plan::Plan;
-use rts_schemas::system::SystemSpec;
+use rts_plan::render::{Layout, Tone, after, body, critical_path, dot, mermaid, plain, summary};
 
 use crate::error::CliError;
+use crate::local::plural;
 use crate::output::Output;
 use crate::show::table::Table;
+
+pub use self::own::{concerns, warn_of, would_restart};
+
+/// Most steps that are listed unasked.
+const FEW: usize = 50;
+/// Characters of a line of `diff` that are not broken into a block.
+const WIDE: usize = 160;
 
 /// How to print a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,6 +31,10 @@ pub enum PlanFormat {
     Json,
     /// YAML
     Yaml,
+    /// The steps as a graph for Graphviz
+    Dot,
+    /// The steps as a flow chart for Mermaid
+    Mermaid,
 }
 
 /// Option of verbs that print a plan.
@@ -28,242 +45,129 @@ pub struct PlanFormatArgs {
     pub output: PlanFormat,
 }
 
+/// How much of a plan the text shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum View {
+    /// A line for each difference, where it fits.
+    Lines,
+    /// A line for each field that differs.
+    Fields,
+    /// The steps too; all of them, or only if they are few.
+    Steps {
+        /// All.
+        all: bool,
+    },
+}
+
 /// Prints what changes and what restarts, with the remarks.
-pub fn print(result: &PlanResult, format: PlanFormat, out: &Output) -> Result<(), CliError> {
+pub fn print(
+    result: &PlanResult,
+    format: PlanFormat,
+    view: View,
+    out: &Output,
+) -> Result<(), CliError> {
     match format {
         PlanFormat::Text => {
             remarks(result, out);
-            out.result(&rts_plan::render::render(&result.plan))
+            out.result(&text(&result.plan, view, out.stdout_color()))?;
+            if view != View::Lines {
+                out.say(&format!("check index: {}", result.index));
+            }
+            Ok(())
         }
-        PlanFormat::Json => out.result(&format!("{:#}", value(result))),
-        PlanFormat::Yaml => {
-            let text = serde_yaml::to_string(&value(result)).map_err(std::io::Error::other)?;
-            out.result(&text)
-        }
+        PlanFormat::Json => out.result(&format!("{:#}", document::of(result))),
+        PlanFormat::Yaml => out.result(&yaml(&document::of(result))?),
+        PlanFormat::Dot => out.result(&dot::render(&result.plan)),
+        PlanFormat::Mermaid => out.result(&mermaid::render(&result.plan)),
     }
 }
 
-/// The same, and in text every step too.
-pub fn print_with_steps(
-    result: &PlanResult,
-    format: PlanFormat,
-    out: &Output,
-) -> Result<(), CliError> {
-    if format == PlanFormat::Text && !result.plan.steps.is_empty() {
-        out.result(&steps(&result.plan).render(true, false))?;
-        out.result("\n")?;
+/// A document as YAML.
+pub fn yaml(value: &serde_json::Value) -> Result<String, CliError> {
+    Ok(serde_yaml::to_string(value).map_err(std::io::Error::other)?)
+}
+
+/// What differs, the steps where they are wanted, and the summary line last.
+fn text(plan: &Plan, view: View, color: bool) -> String {
+    let inline = if view == View::Lines { usize::MAX } else { 1 };
+    let layout = Layout {
+        width: if view == View::Lines {
+            WIDE
+        } else {
+            Layout::default().width
+        },
+        inline,
+        paint: if color { &painted } else { &plain },
+    };
+    let mut text = body(plan, &layout);
+    if let View::Steps { all } = view
+        && !plan.steps.is_empty()
+    {
+        text.push('\n');
+        text.push_str(&listed(plan, all));
+        text.push('\n');
     }
-    print(result, format, out)
+    text.push_str(&paint(color, Tone::Heading, &summary(plan)));
+    text.push('\n');
+    text
+}
+
+/// The steps in order, or how to see them, and the path that they cannot be faster than.
+fn listed(plan: &Plan, all: bool) -> String {
+    let mut text = match plan.steps.len() {
+        count if all || count <= FEW => steps(plan).render(true, false),
+        count => format!("{}: `--steps` lists them\n", plural("step", count)),
+    };
+    if let Some(path) = critical_path(plan) {
+        text.push_str(&path);
+        text.push('\n');
+    }
+    text
 }
 
 fn steps(plan: &Plan) -> Table {
-    let mut table = Table::new(&["STEP", "KIND", "TARGET", "NODE", "NEEDS"]);
+    let mut table = Table::new(&["STEP", "KIND", "TARGET", "NODE", "AFTER", "REASON"]);
     for step in &plan.steps {
-        let needs = step.needs.iter().map(ToString::to_string);
         table.row([
             step.id.to_string(),
             step.work.kind().to_owned(),
             step.target.clone(),
             step.node.clone(),
-            needs.collect::<Vec<_>>().join(","),
+            after(step),
+            step.reason.clone(),
         ]);
     }
     table
 }
 
-/// True when a plan has something to do, or something that waits, for a system; other systems' affairs do not count.
-pub fn concerns(plan: &Plan, spec: &SystemSpec) -> bool {
-    let own = |system: Option<&str>| system.is_none_or(|system| system == spec.name);
-    plan.changes.iter().any(|c| own(c.system.as_deref()))
-        || plan
-            .steps
-            .iter()
-            .any(|s| own(s.system.as_ref().map(|s| s.name.as_str())))
-        || plan.waiting_on.iter().any(|w| is_of(&w.target, spec))
-}
-
-/// True when a target is a part of the system, or something that it may need.
-fn is_of(target: &str, spec: &SystemSpec) -> bool {
-    let (kind, name) = target.split_once('/').unwrap_or((target, ""));
-    let at = name.rsplit_once('@');
-    match kind {
-        "component" => spec.components.iter().any(|c| c.instance == name),
-        "connector" => spec.connectors.iter().any(|c| c.name == name),
-        "manager" => owns(spec, name),
-        "module" => at.is_some_and(|(_, manager)| owns(spec, manager)),
-        "package" => at
-            .is_some_and(|(type_name, _)| spec.components.iter().any(|c| c.type_name == type_name)),
-        // Which nodes it needs is for the controller to know: rather a difference too many than one that is hidden.
-        _ => true,
+fn paint(color: bool, tone: Tone, text: &str) -> String {
+    if color {
+        painted(tone, text)
+    } else {
+        plain(tone, text)
     }
 }
 
-fn owns(spec: &SystemSpec, manager: &str) -> bool {
-    manager
-        .split_once('.')
-        .is_some_and(|(system, _)| system == spec.name)
-}
-
-/// A line for each process of a system that restarts, with what that stops.
-pub fn restarts(plan: &Plan, spec: &SystemSpec) -> Vec<String> {
-    let own = plan.restarts.iter().filter(|r| owns(spec, &r.manager));
-    let alone = Plan {
-        restarts: own.cloned().collect(),
-        ..Plan::default()
+/// In the colours that people know from other planners.
+fn painted(tone: Tone, text: &str) -> String {
+    use anstyle::{AnsiColor, Style};
+    let style = match tone {
+        Tone::Add => AnsiColor::Green.on_default(),
+        Tone::Change => AnsiColor::Yellow.on_default(),
+        Tone::Remove => AnsiColor::Red.on_default(),
+        Tone::Restart => AnsiColor::Magenta.on_default().bold(),
+        Tone::Attention => AnsiColor::Cyan.on_default(),
+        Tone::Heading => Style::new().bold(),
     };
-    let text = rts_plan::render::render(&alone);
-    let lines = text.lines().filter(|line| line.starts_with("restarts: "));
-    lines.map(str::to_owned).collect()
+    format!("{style}{text}{style:#}")
 }
 
 /// What is said of the system beyond the plan's own notes, which its text has.
 fn remarks(result: &PlanResult, out: &Output) {
-    let notes = result
-        .notes
-        .iter()
-        .filter(|note| !result.plan.notes.contains(note));
-    for note in notes {
+    for note in document::remarks(result) {
         out.say(&format!("note: {note}"));
     }
 }
 
-/// `changes`, `steps`, `restarts`, `waitingOn`, `notes`: the plan's, and the remarks about the system among the notes.
-fn value(result: &PlanResult) -> serde_json::Value {
-    let mut plan = result.plan.clone();
-    let more = result
-        .notes
-        .iter()
-        .filter(|note| !result.plan.notes.contains(note));
-    plan.notes.splice(0..0, more.cloned());
-    serde_json::json!(plan)
-}
-
 #[cfg(test)]
-mod tests {
-    use rts_plan::plan::{Action, Change, Step, Work};
-
-    use super::*;
-
-    fn result() -> PlanResult {
-        let step = |id: u32, needs: &[u32], target: &str, work| Step {
-            id,
-            node: "local".to_owned(),
-            target: target.to_owned(),
-            system: None,
-            needs: needs.to_vec(),
-            after_start_of: Vec::new(),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
-            wait_ms: 0,
-            reason: "it is not there".to_owned(),
-            work,
-        };
-        let manager = rts_plan::desired::ManagerKey {
-            system: None,
-            name: "main".to_owned(),
-        };
-        let activate = Work::Activate {
-            manager: manager.clone(),
-            instance: "Sine0".to_owned(),
-        };
-        let plan = Plan {
-            changes: vec![Change {
-                action: Action::Add,
-                target: "component/Sine0".to_owned(),
-                system: Some("hello".to_owned()),
-                reason: "it is not there".to_owned(),
-                fields: Vec::new(),
-            }],
-            steps: vec![
-                step(1, &[], "manager/main", Work::StartManager { manager }),
-                step(2, &[1], "component/Sine0", activate),
-            ],
-            notes: vec!["preference dropped".to_owned()],
-            ..Plan::default()
-        };
-        PlanResult {
-            index: 3,
-            digest: plan.digest(),
-            plan,
-            notes: vec![
-                "host h is node local".to_owned(),
-                "preference dropped".to_owned(),
-            ],
-        }
-    }
-
-    #[test]
-    fn steps_are_listed_with_what_they_need() {
-        insta::assert_snapshot!(steps(&result().plan).render(true, false), @r"
-        STEP  KIND          TARGET           NODE   NEEDS
-        1     StartManager  manager/main     local  -
-        2     Activate      component/Sine0  local  1
-        ");
-    }
-
-    fn hello() -> SystemSpec {
-        let text = include_bytes!("../../../manifests/hello/system.xml");
-        rts_schemas::rts_profile::load("hello.xml", text, None, &[])
-            .unwrap()
-            .0
-    }
-
-    #[test]
-    fn what_waits_is_a_difference_and_what_others_wait_for_is_not() {
-        let mut plan = Plan::default();
-        assert!(!concerns(&plan, &hello()));
-        let waits = |target: &str| rts_plan::plan::WaitingOn {
-            target: target.to_owned(),
-            reason: "its module failed".to_owned(),
-            transient: false,
-        };
-        plan.waiting_on = vec![waits("component/Elsewhere0"), waits("manager/other.main")];
-        assert!(!concerns(&plan, &hello()));
-        for target in [
-            "component/Sine0",
-            "manager/hello.main",
-            "package/Printer@local",
-            "node/local",
-            "module/Printer@hello.main",
-        ] {
-            plan.waiting_on = vec![waits(target)];
-            assert!(concerns(&plan, &hello()), "{target}");
-        }
-        assert!(concerns(&result().plan, &hello()));
-    }
-
-    #[test]
-    fn only_own_restarts_are_told() {
-        let restart = |manager: &str| rts_plan::plan::Restart {
-            node: "local".to_owned(),
-            manager: manager.to_owned(),
-            pid: Some(7),
-            components: vec!["Sine0".to_owned()],
-            reason: "type changed".to_owned(),
-        };
-        let plan = Plan {
-            restarts: vec![restart("hello.main"), restart("hello2.main")],
-            ..Plan::default()
-        };
-        let lines = restarts(&plan, &hello());
-        assert_eq!(lines.len(), 1);
-        assert!(
-            lines[0].starts_with("restarts: process hello.main (pid 7)"),
-            "{lines:?}"
-        );
-    }
-
-    #[test]
-    fn json_has_what_scripts_rely_on() {
-        let value = value(&result());
-        assert_eq!(value["changes"][0]["action"], "add");
-        assert_eq!(value["changes"][0]["target"], "component/Sine0");
-        assert_eq!(value["changes"][0]["reason"], "it is not there");
-        assert_eq!(value["steps"][1]["kind"], "Activate");
-        assert_eq!(value["steps"][1]["needs"], serde_json::json!([1]));
-        assert!(value["restarts"].is_array());
-        let notes = serde_json::json!(["host h is node local", "preference dropped"]);
-        assert_eq!(value["notes"], notes);
-    }
-}
+mod tests;

@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod fuzz;
+mod mutants;
 mod project;
 mod suites;
 mod tools;
@@ -28,6 +29,8 @@ enum Chore {
     Bench(bench::Args),
     /// Fuzzes every parser and decoder.
     Fuzz(fuzz::Args),
+    /// Breaks one rule after the other in a copy of the sources, and requires that a test notices.
+    Mutants(mutants::Args),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
         Chore::Test(args) => suites::run(&args),
         Chore::Bench(args) => bench::run(&args),
         Chore::Fuzz(args) => fuzz::run(&args),
+        Chore::Mutants(args) => mutants::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

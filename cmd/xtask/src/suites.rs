@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 
-use crate::{fuzz, project, tools};
+use crate::{fuzz, mutants, project, tools};
 
 /// Arguments of `cargo xtask test`.
 #[derive(Debug, clap::Args)]
@@ -24,7 +24,7 @@ struct Budget {
 
 type Suite = (&'static str, fn() -> Result<()>);
 
-const SUITES: [Suite; 9] = [
+const SUITES: [Suite; 10] = [
     ("packages", tools::packages),
     ("tools", install_tools),
     ("fmt", fmt),
@@ -33,6 +33,7 @@ const SUITES: [Suite; 9] = [
     ("deny", deny),
     ("tests", tests),
     ("docs", docs),
+    ("mutants", mutants::short),
     ("fuzz", fuzz::short),
 ];
 

@@ -167,9 +167,13 @@ pub struct SystemStatus {
     /// Which host of the profile went to which node, and other remarks.
     #[serde(default)]
     pub notes: Vec<String>,
-    /// What runs and is in no spec.
+    /// What runs and is in no spec, and what was changed by hand.
     #[serde(default)]
     pub drift: Vec<String>,
+    /// Number of the stored system's last change ([`crate::requests::Expect::index`]). It rises, and names no other
+    /// change, also after a teardown.
+    #[serde(default)]
+    pub check_index: u64,
     /// Of a system that is being taken down: nodes that cannot be asked whether anything of it is left, once nothing is
     /// left on all others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -310,9 +314,12 @@ pub struct ComponentStatus {
     /// Why it is in Error, or its last complaint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
-    /// It is in no system's spec.
+    /// It is in no system's spec, or was changed by hand.
     #[serde(default)]
     pub drift: bool,
+    /// What was changed by hand in it (`configuration.default.gain: 1 -> 2`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drift_fields: Vec<String>,
     /// Configuration as it is.
     #[serde(default)]
     pub configuration: Configuration,
@@ -373,9 +380,12 @@ pub struct ConnectorStatus {
     /// Why it is not Connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting_on: Option<String>,
-    /// It is in no system's spec.
+    /// It is in no system's spec, or was changed by hand.
     #[serde(default)]
     pub drift: bool,
+    /// What was changed by hand in it; of one that is missing or was made by hand, just that.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drift_fields: Vec<String>,
 }
 
 /// What a manager is.

@@ -70,6 +70,9 @@ pub struct ApplyResult {
     pub changed: bool,
     /// The plan that starts now; empty when nothing is to be done.
     pub plan: Plan,
+    /// Number of the stored system's last change, as [`PlanResult::index`]: the next one may expect it.
+    #[serde(default)]
+    pub index: u64,
 }
 
 /// What an apply would do.
@@ -85,7 +88,7 @@ pub struct PlanResult {
     /// also after a teardown.
     #[serde(default)]
     pub index: u64,
-    /// [`Plan::digest`](rts_plan::plan::Plan::digest).
+    /// [`Plan::digest`](rts_plan::plan::Plan::digest) of what is done to this system.
     #[serde(default)]
     pub digest: String,
 }

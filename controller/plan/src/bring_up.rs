@@ -1,17 +1,17 @@
 //! Steps that bring up: Install, StartManager, LoadModule, Create, Configure, Reset, Connect, Activate.
 
 mod activate;
+mod orders;
 
 use std::collections::BTreeMap;
 
 use rts_schemas::system::Configuration;
 
 use crate::decide::{Decisions, Make};
-use crate::graph::{Gate, Ix, NewStep, Steps};
+use crate::graph::{Ix, NewStep, Steps};
 use crate::in_place::{InPlace, in_place};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::links::Links;
-use crate::order::{Order, Standing};
 use crate::plan::{Blocked, Work};
 use crate::take_down::Down;
 use crate::target;
@@ -29,6 +29,8 @@ pub(crate) struct Up<'a> {
     pub activates: BTreeMap<Id<'a>, Ix>,
     /// Components that cannot become Active now, and why.
     pub waits: BTreeMap<Id<'a>, String>,
+    /// Optional components that nobody waits for.
+    pub notes: Vec<String>,
 }
 
 /// Adds the steps.
@@ -64,9 +66,8 @@ pub(crate) fn add<'a>(
         bringer.change_in_place(*id, *live);
     }
     bringer.connect();
-    bringer.create_and_reset_orders();
-    bringer.activate();
-    bringer.prefer_down_stream_first();
+    bringer.orders();
+    bringer.prefer();
     bringer.up
 }
 
@@ -202,7 +203,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         if self.decisions.waits.contains_key(&id) {
             return;
         }
-        let Some(change) = in_place(&want.placed.spec, live.component) else {
+        let Some(change) = in_place(want.placed, live.component) else {
             return;
         };
         let target = target::component(id.instance);
@@ -250,35 +251,5 @@ impl<'a> Bringer<'_, '_, 'a> {
                 self.connects.entry(id).or_default().push(step);
             }
         }
-    }
-
-    /// StartUp and Initializing order Create; Resetting orders Reset. Who must wait for good was decided before.
-    fn create_and_reset_orders(&mut self) {
-        for id in self.decisions.present.keys() {
-            self.reset(*id);
-        }
-        for (uid, members) in self.facts.members() {
-            let Some(system) = self.facts.orders.get(uid) else {
-                continue;
-            };
-            let orders = system.orders;
-            let lists: [&[_]; 2] = [&orders.start_up, &orders.initializing];
-            let (steps, creates) = (&mut *self.steps, &self.creates);
-            Order::new("StartUp", &lists, members.iter().copied())
-                .walk(|instance, gate| gated(steps, creates.get(&Id { uid, instance }), gate));
-            let resets = &self.up.resets;
-            Order::new("Resetting", &[&orders.resetting], members)
-                .walk(|instance, gate| gated(steps, resets.get(&Id { uid, instance }), gate));
-        }
-    }
-}
-
-fn gated(steps: &mut Steps, step: Option<&Ix>, gate: Gate) -> Standing {
-    match step {
-        Some(&step) => {
-            steps.gate(step, gate);
-            Standing::Steps(vec![step])
-        }
-        None => Standing::Done,
     }
 }

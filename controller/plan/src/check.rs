@@ -1,59 +1,36 @@
 //! Finds orders that can never be obeyed, before anything is stored or stopped.
 
-use rts_schemas::system::{Condition, Orders, SystemSpec};
+use rts_schemas::system::SystemSpec;
 
-use crate::order::Order;
+use crate::order::{List, Member, Order, all, deleting, making};
 use crate::plan::PlanError;
 
 /// Every cycle in every order of a system. Conditions that name unknown components are the schema checks' business.
 pub fn check_orders(spec: &SystemSpec) -> Vec<PlanError> {
     let mut errors = Vec::new();
-    for (order, conditions) in lists(&spec.orders) {
-        errors.extend(cycles(spec, order, &[conditions]));
+    for list in all(&spec.orders) {
+        errors.extend(cycles(spec, &[list]));
     }
-    // Create also initialises and Delete also finalises, so that each of these pairs orders the same steps.
-    let orders = &spec.orders;
-    let pairs = [
-        (
-            "StartUp and Initializing",
-            &orders.start_up,
-            &orders.initializing,
-        ),
-        (
-            "ShutDown and Finalizing",
-            &orders.shut_down,
-            &orders.finalizing,
-        ),
-    ];
-    for (name, one, other) in pairs {
-        let alone = cycles(spec, name, &[one]).len() + cycles(spec, name, &[other]).len();
-        if alone == 0 {
-            errors.extend(cycles(spec, name, &[one, other]));
+    for pair in [making(&spec.orders), deleting(&spec.orders)] {
+        let alone = pair.iter().all(|list| cycles(spec, &[*list]).is_empty());
+        if alone {
+            errors.extend(cycles(spec, &pair));
         }
     }
     errors
 }
 
-fn lists(orders: &Orders) -> [(&'static str, &Vec<Condition>); 7] {
-    [
-        ("StartUp", &orders.start_up),
-        ("ShutDown", &orders.shut_down),
-        ("Activation", &orders.activation),
-        ("Deactivation", &orders.deactivation),
-        ("Resetting", &orders.resetting),
-        ("Initializing", &orders.initializing),
-        ("Finalizing", &orders.finalizing),
-    ]
-}
-
-fn cycles<'a>(spec: &'a SystemSpec, order: &'a str, lists: &[&'a [Condition]]) -> Vec<PlanError> {
-    let members = spec.components.iter().map(|c| c.instance.as_str());
-    Order::new(order, lists, members)
-        .cycles()
-        .into_iter()
+fn cycles(spec: &SystemSpec, lists: &[List<'_>]) -> Vec<PlanError> {
+    let members = spec.components.iter().map(|component| Member {
+        name: &component.instance,
+        required: component.required,
+    });
+    let order = Order::new(lists, members);
+    let cycles = order.cycles().into_iter();
+    cycles
         .map(|members| PlanError::Cycle {
             system: spec.name.clone(),
-            order: order.to_owned(),
+            order: order.name().to_owned(),
             members: members.into_iter().map(str::to_owned).collect(),
         })
         .collect()

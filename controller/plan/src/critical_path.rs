@@ -18,6 +18,11 @@ pub fn nominal_micros(work: &Work) -> u64 {
     }
 }
 
+/// The same of a step, with its wait on purpose.
+pub(crate) fn micros(step: &Step) -> u64 {
+    nominal_micros(&step.work) + u64::from(step.wait_ms) * 1_000
+}
+
 /// The steps of the longest chain, first to last: each waits for the one before it. Waits on purpose count in full.
 /// Empty for no steps; of two chains of one length the one with the lower numbers.
 pub fn critical_path(steps: &[Step]) -> Vec<StepId> {
@@ -36,8 +41,7 @@ pub fn critical_path(steps: &[Step]) -> Vec<StepId> {
             }
         }
         let begin = longest.map_or(0, |ix| ends[ix]);
-        let own = nominal_micros(&step.work) + u64::from(step.wait_ms) * 1_000;
-        ends.push(begin.saturating_add(own));
+        ends.push(begin.saturating_add(micros(step)));
         before.push(longest);
     }
     let last = (0..ends.len()).max_by_key(|ix| (ends[*ix], std::cmp::Reverse(*ix)));
@@ -46,4 +50,129 @@ pub fn critical_path(steps: &[Step]) -> Vec<StepId> {
         .collect();
     path.reverse();
     path
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use serde_json::json;
+
+    use super::{critical_path, nominal_micros};
+    use crate::plan::{Step, StepId};
+
+    fn step(id: StepId, kind: &str, needs: &[StepId], wait_ms: u32) -> Step {
+        let manager = json!({"name": "main"});
+        let connector = json!({"name": "A.out-B.in", "kind": "data", "source": {"instance": "A", "port": "out"},
+            "target": {"instance": "B", "port": "in"}});
+        let end = json!({"node": "local", "manager": "main"});
+        let placed = json!({"spec": connector, "source": end, "target": end});
+        serde_json::from_value(json!({
+            "id": id, "node": "local", "target": format!("component/C{id}"), "needs": needs, "waitMs": wait_ms,
+            "reason": "", "kind": kind, "manager": manager, "instance": "A", "typeName": "T",
+            "moduleDigest": null, "connector": placed,
+        }))
+        .unwrap()
+    }
+
+    fn micros(steps: &[Step], path: &[StepId]) -> u64 {
+        let step = |id: &StepId| &steps[*id as usize - 1];
+        let all = path.iter().map(step);
+        all.map(|s| nominal_micros(&s.work) + u64::from(s.wait_ms) * 1_000)
+            .sum()
+    }
+
+    #[test]
+    fn no_steps_no_path() {
+        assert!(critical_path(&[]).is_empty());
+    }
+
+    #[test]
+    fn the_heavier_branch_counts() {
+        let steps = [
+            step(1, "Install", &[], 0),
+            step(2, "StartManager", &[], 0),
+            step(3, "LoadModule", &[1, 2], 0),
+            step(4, "Activate", &[], 0),
+        ];
+        assert_eq!(critical_path(&steps), [2, 3]);
+    }
+
+    #[test]
+    fn a_wait_on_purpose_counts_in_full() {
+        let steps = [
+            step(1, "StartManager", &[], 0),
+            step(2, "Activate", &[], 7),
+            step(3, "Activate", &[1, 2], 0),
+        ];
+        assert_eq!(critical_path(&steps), [2, 3]);
+    }
+
+    #[test]
+    fn every_kind_of_edge_counts_and_of_equals_the_lower_number() {
+        let mut last = step(4, "Activate", &[], 0);
+        last.after_start_of = vec![2];
+        last.after_end_of = vec![3];
+        let first = step(1, "Activate", &[], 0);
+        let two = [
+            first,
+            step(2, "Activate", &[], 0),
+            step(3, "Activate", &[], 0),
+            last,
+        ];
+        assert_eq!(critical_path(&two), [2, 4]);
+    }
+
+    /// The weight of the heaviest chain that ends in a step, by trying all.
+    fn heaviest(steps: &[Step], end: usize) -> u64 {
+        let own = micros(steps, &[steps[end].id]);
+        let before = steps[end]
+            .before()
+            .map(|id| heaviest(steps, id as usize - 1));
+        own + before.max().unwrap_or_default()
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Step>> {
+        let kinds = prop::sample::select(vec![
+            "StartManager",
+            "LoadModule",
+            "Connect",
+            "Activate",
+            "Reset",
+        ]);
+        let one = (
+            kinds,
+            prop::collection::vec(any::<prop::sample::Index>(), 0..4),
+            0..3u32,
+        );
+        prop::collection::vec(one, 0..10).prop_map(|choices| {
+            let numbered = choices.into_iter().zip(1..);
+            let steps = numbered.map(|((kind, edges, wait), id)| {
+                let mut step = step(id, kind, &[], wait * 3);
+                for (nth, edge) in edges.iter().enumerate().filter(|_| id > 1) {
+                    let before = edge.index(id as usize - 1) as StepId + 1;
+                    match nth {
+                        0 => step.after_start_of.push(before),
+                        1 => step.after_end_of.push(before),
+                        _ => step.needs.push(before),
+                    }
+                }
+                step
+            });
+            steps.collect()
+        })
+    }
+
+    proptest! {
+        /// It is a chain of edges, and no chain is heavier.
+        #[test]
+        fn critical_path_is_the_heaviest_chain(steps in steps()) {
+            let path = critical_path(&steps);
+            for pair in path.windows(2) {
+                let later = &steps[pair[1] as usize - 1];
+                prop_assert!(later.before().any(|id| id == pair[0]), "{:?}", path);
+            }
+            let heaviest = (0..steps.len()).map(|end| heaviest(&steps, end)).max();
+            prop_assert_eq!(micros(&steps, &path), heaviest.unwrap_or_default());
+        }
+    }
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use crate::alone::{claims, ends_unasked, first_fate, moved};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::observed::ManagerObserved;
-use crate::order::{Order, Standing};
+use crate::order::{Order, Standing, making, members};
 use crate::place::recreate_hash;
 use crate::plan::Blocked;
 use crate::target;
@@ -259,20 +259,19 @@ impl<'a> Decider<'_, 'a> {
         !self.out.makes.contains_key(id) && !self.out.present.contains_key(id)
     }
 
-    /// StartUp and Initializing orders: what needs a component that cannot be created cannot be created either.
+    /// StartUp and Initializing orders: what needs a component that cannot be created cannot be created either, unless
+    /// that one is optional.
     fn start_up_orders(&mut self) {
-        for (uid, members) in self.facts.members() {
-            let Some(system) = self.facts.orders.get(uid) else {
+        let facts = self.facts;
+        for (uid, names) in facts.members() {
+            let Some(system) = facts.orders.get(uid) else {
                 continue;
             };
-            let lists = [
-                system.orders.start_up.as_slice(),
-                system.orders.initializing.as_slice(),
-            ];
-            if lists.iter().all(|list| list.is_empty()) {
+            let lists = making(system.orders);
+            if lists.iter().all(|(_, list)| list.is_empty()) {
                 continue;
             }
-            Order::new("StartUp", &lists, members).walk(|instance, gate| {
+            Order::new(&lists, members(facts, uid, names)).walk(|instance, gate| {
                 let id = Id { uid, instance };
                 if let (Some(problem), true) = (gate.waits, self.out.makes.contains_key(&id)) {
                     self.hold(id, problem);

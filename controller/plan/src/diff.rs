@@ -1,16 +1,20 @@
 //! Differences for people: one change for each target, with the fields that differ.
 
+mod details;
 mod processes;
+mod restarts;
 
-pub(crate) use self::processes::restarts;
+pub(crate) use self::restarts::restarts;
 
 use crate::bring_up::Up;
 use crate::decide::{Decisions, Fate};
-use crate::in_place::in_place;
+use crate::drift;
+use crate::in_place::{differences, in_place};
 use crate::index::{Facts, Id, Live};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
 use crate::plan::{Action, Change, FieldChange};
+use crate::render::fields::connector as made_with;
 use crate::take_down::Down;
 use crate::target;
 
@@ -38,7 +42,8 @@ pub(crate) fn changes<'a>(
             changes.extend(removed(facts, decisions, live).map(|c| blocked(c, stuck)));
         }
     }
-    connectors(links, down, &mut changes);
+    connectors(facts, links, down, &mut changes);
+    details::end_with_source(facts, decisions, links, &mut changes);
     processes::managers(decisions, up, &mut changes);
     changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
     changes
@@ -75,7 +80,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
             }
         }
         // What changes on the way is worth knowing too.
-        fields.extend(in_place(spec, component).map_or(Vec::new(), |change| change.fields));
+        fields.extend(differences(spec, component));
     }
     Change {
         action: if old.is_some() {
@@ -109,6 +114,7 @@ fn changed<'a>(
     };
     if let Some(to) = to {
         let state = live.component.state;
+        let by_hand = drift::deactivated(facts.wants[&id].placed, live.component);
         fields.push(FieldChange {
             field: "state".to_owned(),
             old: Some(format!("{state:?}")),
@@ -117,6 +123,7 @@ fn changed<'a>(
         reasons.push(match state {
             LifeCycleState::Error => "is in Error: reset".to_owned(),
             LifeCycleState::Active => up.waits.get(&id).cloned().unwrap_or_default(),
+            _ if by_hand => "was deactivated by hand: activated".to_owned(),
             _ => format!("is {state:?}: activated"),
         });
     }
@@ -156,7 +163,7 @@ fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) ->
         target: target::component(&live.component.instance),
         system: live.component.system.as_ref().map(|s| s.name.clone()),
         reason,
-        fields: Vec::new(),
+        fields: details::live(live),
     })
 }
 
@@ -193,12 +200,16 @@ fn waits<'a>(
     }
     let mut fields = Vec::new();
     let (action, reason) = match live {
-        None => (Action::Add, "is not there yet".to_owned()),
+        None => {
+            fields = details::wanted(want);
+            (Action::Add, "is not there yet".to_owned())
+        }
         Some(live) => {
             let state = live.component.state;
-            let change = in_place(&want.placed.spec, live.component);
+            let change = in_place(want.placed, live.component);
             fields.extend(change.map_or(Vec::new(), |change| change.fields));
-            if state != LifeCycleState::Active {
+            let left = drift::left_inactive(want.placed, live.component);
+            if state != LifeCycleState::Active && !left {
                 fields.push(FieldChange {
                     field: "state".to_owned(),
                     old: Some(format!("{state:?}")),
@@ -235,14 +246,17 @@ fn is(one: &Live<'_>, other: &Live<'_>) -> bool {
     std::ptr::eq(one.component, other.component)
 }
 
-fn connectors(links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
-    for ((_, name), wait) in links.waits.iter().filter(|(_, wait)| wait.missing) {
+fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
+    for (key, wait) in links.waits.iter().filter(|(_, wait)| wait.missing) {
         let change = Change {
             action: Action::Add,
-            target: target::connector(name),
+            target: target::connector(key.1),
             system: Some(wait.system.name.clone()),
             reason: "is not connected".to_owned(),
-            fields: Vec::new(),
+            fields: facts
+                .links
+                .get(key)
+                .map_or(Vec::new(), |(_, c)| made_with(&c.spec)),
         };
         changes.push(blocked(change, Some(&wait.reason)));
     }
@@ -256,7 +270,7 @@ fn connectors(links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
             target: target::connector(&join.connector.spec.name),
             system: Some(join.system.name.clone()),
             reason: join.reason.clone(),
-            fields: join.fields.clone(),
+            fields: details::joined(facts, join),
         });
     }
     for (key, cut) in &links.cuts {
@@ -266,7 +280,7 @@ fn connectors(links: &Links<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
                 target: target::connector(&cut.connector.name),
                 system: cut.system.map(|system| system.name.clone()),
                 reason: cut.reason.clone(),
-                fields: Vec::new(),
+                fields: details::connector(cut.connector),
             };
             changes.push(blocked(change, down.stuck_cuts.get(key)));
         }

@@ -1,14 +1,15 @@
 //! The graph of steps: collects them with their edges, then numbers them in a deterministic topological order.
 //!
-//! Edges join steps, never components. Hard edges are needs and start orders; preferences are soft and give way.
+//! Edges join steps, never components. Hard edges are needs, start orders and end orders; preferences are soft and give
+//! way.
+
+mod preferences;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use petgraph::algo::tarjan_scc;
-use petgraph::graph::DiGraph;
-
+pub(crate) use self::preferences::{Dropped, Preference};
 use crate::desired::SystemRef;
-use crate::plan::{Step, StepId, Work};
+use crate::plan::{Because, Limit, OnTimeout, Rule, Step, StepId, Work};
 
 /// Index of a step before it has its number.
 pub(crate) type Ix = usize;
@@ -20,10 +21,25 @@ pub(crate) struct Gate {
     pub needs: BTreeSet<Ix>,
     /// Must have started.
     pub starts: BTreeSet<Ix>,
+    /// Must have ended.
+    pub ends: BTreeSet<Ix>,
+    /// How long it waits for some of them.
+    pub limits: Vec<GateLimit>,
+    /// Which rule put which of them there.
+    pub because: Vec<(Ix, Rule)>,
     /// Milliseconds to sleep.
     pub wait_ms: u32,
     /// Why it cannot be done now.
     pub waits: Option<String>,
+}
+
+/// How long a step waits for others.
+#[derive(Debug, Clone)]
+pub(crate) struct GateLimit {
+    pub steps: BTreeSet<Ix>,
+    /// Milliseconds, above 0.
+    pub ms: u32,
+    pub then: OnTimeout,
 }
 
 #[derive(Debug)]
@@ -34,7 +50,7 @@ struct Draft {
     work: Work,
     reason: String,
     gate: Gate,
-    prefers: BTreeSet<Ix>,
+    prefers: BTreeSet<(Ix, Preference)>,
 }
 
 /// Steps without numbers.
@@ -55,8 +71,8 @@ pub(crate) struct NewStep<'a> {
 /// Numbered steps.
 pub(crate) struct Numbered {
     pub steps: Vec<Step>,
-    /// Groups of targets whose preferences were dropped.
-    pub dropped: Vec<Vec<String>>,
+    /// Preferences that gave way.
+    pub dropped: Vec<Dropped>,
     /// Targets of steps that can never start. Empty unless an order graph was built wrongly.
     pub stuck: Vec<String>,
 }
@@ -85,13 +101,16 @@ impl Steps {
         let own = &mut self.drafts[step].gate;
         own.needs.extend(gate.needs);
         own.starts.extend(gate.starts);
+        own.ends.extend(gate.ends);
+        own.limits.extend(gate.limits);
+        own.because.extend(gate.because);
         own.wait_ms = own.wait_ms.max(gate.wait_ms);
     }
 
     /// `step` should start after `on` has started.
-    pub fn prefer(&mut self, step: Ix, on: Ix) {
+    pub fn prefer(&mut self, step: Ix, on: Ix, why: Preference) {
         if step != on {
-            self.drafts[step].prefers.insert(on);
+            self.drafts[step].prefers.insert((on, why));
         }
     }
 
@@ -118,30 +137,6 @@ impl Steps {
             dropped,
             stuck: stuck.into_iter().collect(),
         }
-    }
-
-    fn drop_preferences(&mut self) -> Vec<Vec<String>> {
-        let mut graph: DiGraph<(), ()> = DiGraph::with_capacity(self.drafts.len(), 0);
-        let nodes: Vec<_> = self.drafts.iter().map(|_| graph.add_node(())).collect();
-        for (ix, draft) in self.drafts.iter().enumerate() {
-            for before in draft.before() {
-                graph.add_edge(nodes[before], nodes[ix], ());
-            }
-        }
-        let mut dropped = Vec::new();
-        for members in tarjan_scc(&graph) {
-            let members: BTreeSet<Ix> = members.into_iter().map(|n| n.index()).collect();
-            if members.len() < 2 {
-                continue;
-            }
-            for ix in &members {
-                self.drafts[*ix].prefers.retain(|on| !members.contains(on));
-            }
-            let targets: BTreeSet<_> = members.iter().map(|ix| &self.drafts[*ix].target).collect();
-            dropped.push(targets.into_iter().cloned().collect());
-        }
-        dropped.sort();
-        dropped
     }
 
     /// Kahn's algorithm, always taking the first ready step by kind, node and target.
@@ -179,8 +174,9 @@ impl Steps {
 impl Draft {
     fn before(&self) -> BTreeSet<Ix> {
         let gate = &self.gate;
-        let all = gate.needs.iter().chain(&gate.starts).chain(&self.prefers);
-        all.copied().collect()
+        let hard = gate.needs.iter().chain(&gate.starts).chain(&gate.ends);
+        let soft = self.prefers.iter().map(|(on, _)| on);
+        hard.chain(soft).copied().collect()
     }
 
     fn into_step(self, id: StepId, ids: &BTreeMap<Ix, StepId>) -> Step {
@@ -189,15 +185,25 @@ impl Draft {
             numbers.sort_unstable();
             numbers
         };
-        let starts = self.gate.starts.union(&self.prefers).copied().collect();
-        let starts = &starts - &self.gate.needs;
+        let because = self.because(ids);
+        let gate = &self.gate;
+        let ends = &gate.ends - &gate.needs;
+        let preferred = self.prefers.iter().map(|(on, _)| on);
+        let starts = gate.starts.iter().chain(preferred).copied();
+        let more = |ix: &Ix| gate.needs.contains(ix) || ends.contains(ix);
+        let starts: BTreeSet<Ix> = starts.filter(|ix| !more(ix)).collect();
+        let limits = gate.limits.iter().map(|limit| Limit {
+            steps: number(&limit.steps),
+            ms: limit.ms,
+            then: limit.then,
+        });
         Step {
             id,
-            needs: number(&self.gate.needs),
+            needs: number(&gate.needs),
             after_start_of: number(&starts),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
+            after_end_of: number(&ends),
+            limits: limits.filter(|limit| !limit.steps.is_empty()).collect(),
+            because,
             node: self.node,
             target: self.target,
             system: self.system,
@@ -205,6 +211,22 @@ impl Draft {
             reason: self.reason,
             work: self.work,
         }
+    }
+
+    /// The rules of orders; a preference counts where no order says anything.
+    fn because(&self, ids: &BTreeMap<Ix, StepId>) -> Vec<Because> {
+        let ordered: BTreeSet<Ix> = self.gate.because.iter().map(|(ix, _)| *ix).collect();
+        let soft = self.prefers.iter().filter(|(on, _)| !ordered.contains(on));
+        let soft = soft.map(|(on, why)| (*on, why.rule(&self.work)));
+        let all = self.gate.because.iter().copied().chain(soft);
+        let because = |(ix, rule)| {
+            let step = *ids.get(&ix)?;
+            Some(Because { step, rule })
+        };
+        let mut all: Vec<Because> = all.filter_map(because).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::{ComponentSpec, Configuration, OnDisconnect};
+use rts_schemas::system::{ComponentSpec, Configuration, DriftPolicy, OnDisconnect};
 
+use crate::desired::PlacedComponent;
+use crate::drift;
 use crate::observed::ComponentObserved;
 use crate::plan::FieldChange;
 
@@ -11,7 +13,7 @@ use crate::plan::FieldChange;
 pub(crate) const GONE: &str = " (no longer in the profile, back to its default)";
 
 /// What changes in a component that stays.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct InPlace {
     pub fields: Vec<FieldChange>,
     pub configuration: Configuration,
@@ -20,77 +22,181 @@ pub(crate) struct InPlace {
     pub reason: String,
 }
 
-/// Compares configuration and active set with the spec and, where it is silent, with the defaults; the rate only with
-/// the spec, and the policy without a peer always. Values are compared as text, as they are kept. None when nothing differs.
-pub(crate) fn in_place(spec: &ComponentSpec, live: &ComponentObserved) -> Option<InPlace> {
-    let mut change = InPlace {
-        fields: Vec::new(),
-        configuration: Configuration::default(),
-        rate: None,
-        on_disconnect: None,
-        reason: String::new(),
-    };
-    let mut reasons = Vec::new();
-    let mut field = |path: String, name: &str, old: Option<String>, new: String, why: &str| {
-        reasons.push(match &old {
-            Some(old) => format!("{name}{why} changed from {old} to {new}"),
-            None => format!("{name}{why} is now {new}"),
-        });
-        change.fields.push(FieldChange {
-            field: path,
-            old,
-            new: Some(new),
-        });
-    };
-    let old = live.configuration.active.as_deref().unwrap_or("default");
-    let active = spec.configuration.active.as_deref().unwrap_or("default");
-    if old != active {
-        let path = "configuration.active".to_owned();
-        field(
-            path,
-            "the active set",
-            Some(old.to_owned()),
-            active.to_owned(),
-            "",
-        );
-        change.configuration.active = Some(active.to_owned());
-    }
-    for (set, values) in values(spec, live) {
-        for (name, new) in values {
-            let old = live.configuration.sets.get(set).and_then(|s| s.get(name));
-            if old == Some(new) {
-                continue;
-            }
-            let path = format!("configuration.{set}.{name}");
-            let written = spec.configuration.sets.get(set);
-            let written = written.is_some_and(|values| values.contains_key(name));
-            let why = if written { "" } else { GONE };
-            field(path, name, old.cloned(), new.clone(), why);
-            let sets = &mut change.configuration.sets;
-            sets.entry(set.to_owned())
-                .or_default()
-                .insert(name.to_owned(), new.clone());
+/// A configuration value, or the active set, that is not as desired.
+pub(crate) struct Setting<'a> {
+    /// Set and parameter; none for the active set.
+    value: Option<(&'a str, &'a str)>,
+    found: Option<&'a str>,
+    desired: &'a str,
+    /// Nobody wrote it: the module's default.
+    default: bool,
+}
+
+impl Setting<'_> {
+    /// Name of the field, as changes and drifts have it.
+    pub fn path(&self) -> String {
+        match self.value {
+            Some((set, name)) => format!("configuration.{set}.{name}"),
+            None => "configuration.active".to_owned(),
         }
     }
-    if let Some(rate) = spec.execution_context.rate
-        && !same_rate(rate, live.rate)
-    {
-        let old = Some(live.rate.to_string());
-        field("rate".to_owned(), "rate", old, rate.to_string(), "");
+
+    /// The difference, from what was desired to what is found.
+    pub fn drift(&self) -> FieldChange {
+        FieldChange {
+            field: self.path(),
+            old: Some(self.desired.to_owned()),
+            new: self.found.map(str::to_owned),
+        }
+    }
+
+    fn change(&self) -> FieldChange {
+        FieldChange {
+            field: self.path(),
+            old: self.found.map(str::to_owned),
+            new: Some(self.desired.to_owned()),
+        }
+    }
+
+    fn name(&self) -> &str {
+        self.value.map_or("the active set", |(_, name)| name)
+    }
+
+    fn reason(&self) -> String {
+        let why = if self.default { GONE } else { "" };
+        let (name, desired) = (self.name(), self.desired);
+        match self.found {
+            Some(found) => format!("{name}{why} changed from {found} to {desired}"),
+            None => format!("{name}{why} is now {desired}"),
+        }
+    }
+
+    fn by_hand(&self) -> String {
+        let (name, desired) = (self.name(), self.desired);
+        match self.found {
+            Some(found) => format!("{name} was changed by hand from {desired} to {found}"),
+            None => format!("{name} was {desired} and was taken away by hand"),
+        }
+    }
+
+    fn add_to(&self, configuration: &mut Configuration) {
+        let desired = self.desired.to_owned();
+        match self.value {
+            Some((set, name)) => {
+                let set = configuration.sets.entry(set.to_owned()).or_default();
+                set.insert(name.to_owned(), desired);
+            }
+            None => configuration.active = Some(desired),
+        }
+    }
+}
+
+/// What has to change in place; none when nothing does. What a person changed is set back or left, as its policy says.
+pub(crate) fn in_place(placed: &PlacedComponent, live: &ComponentObserved) -> Option<InPlace> {
+    let spec = &placed.spec;
+    let by_hand = drift::configured(placed, live);
+    let mut settings = settings(spec, live);
+    if by_hand && spec.policy.drift != DriftPolicy::Repair {
+        settings.clear();
+    }
+    let mut change = InPlace::default();
+    let (mut reasons, mut back) = (Vec::new(), Vec::new());
+    for setting in &settings {
+        match by_hand {
+            true => back.push(setting.by_hand()),
+            false => reasons.push(setting.reason()),
+        }
+        setting.add_to(&mut change.configuration);
+        change.fields.push(setting.change());
+    }
+    if let Some((rate, field)) = rate(spec, live) {
+        reasons.push(reason("rate", &field));
+        change.fields.push(field);
         change.rate = Some(rate);
     }
-    let policy = spec.policy.on_disconnect;
-    if policy != live.on_disconnect {
-        let (name, old) = ("onDisconnect", live.on_disconnect.as_str());
-        let (old, new) = (Some(old.to_owned()), policy.as_str().to_owned());
-        field(name.to_owned(), name, old, new, "");
+    if let Some((policy, field)) = on_disconnect(spec, live) {
+        reasons.push(reason("onDisconnect", &field));
+        change.fields.push(field);
         change.on_disconnect = Some(policy);
     }
-    if reasons.is_empty() {
-        return None;
+    let said = [(reasons, "set in place"), (back, "set back")];
+    let said = said.into_iter().filter(|(reasons, _)| !reasons.is_empty());
+    let said = said.map(|(reasons, what)| format!("{}: {what}", reasons.join(", ")));
+    change.reason = said.collect::<Vec<_>>().join("; ");
+    (!change.reason.is_empty()).then_some(change)
+}
+
+/// Everything that differs, whoever changed it.
+pub(crate) fn differences(spec: &ComponentSpec, live: &ComponentObserved) -> Vec<FieldChange> {
+    let settings = settings(spec, live);
+    let mut fields: Vec<_> = settings.iter().map(Setting::change).collect();
+    fields.extend(rate(spec, live).map(|(_, field)| field));
+    fields.extend(on_disconnect(spec, live).map(|(_, field)| field));
+    fields
+}
+
+/// Compares configuration and active set with the spec and, where it is silent, with the defaults. Values are compared
+/// as text, as they are kept.
+pub(crate) fn settings<'a>(
+    spec: &'a ComponentSpec,
+    live: &'a ComponentObserved,
+) -> Vec<Setting<'a>> {
+    let found = live.configuration.active.as_deref().unwrap_or("default");
+    let desired = spec.configuration.active.as_deref().unwrap_or("default");
+    let active = (found != desired).then_some(Setting {
+        value: None,
+        found: Some(found),
+        desired,
+        default: false,
+    });
+    let mut all: Vec<_> = active.into_iter().collect();
+    for (set, values) in values(spec, live) {
+        let own = live.configuration.sets.get(set);
+        let written = spec.configuration.sets.get(set);
+        for (name, desired) in values {
+            let found = own.and_then(|own| own.get(name));
+            if found != Some(desired) {
+                all.push(Setting {
+                    value: Some((set, name)),
+                    found: found.map(String::as_str),
+                    desired,
+                    default: !written.is_some_and(|written| written.contains_key(name)),
+                });
+            }
+        }
     }
-    change.reason = format!("{}: set in place", reasons.join(", "));
-    Some(change)
+    all
+}
+
+/// The rate, compared with the spec only.
+fn rate(spec: &ComponentSpec, live: &ComponentObserved) -> Option<(f64, FieldChange)> {
+    let rate = spec.execution_context.rate?;
+    let field = FieldChange {
+        field: "rate".to_owned(),
+        old: Some(live.rate.to_string()),
+        new: Some(rate.to_string()),
+    };
+    (!same_rate(rate, live.rate)).then_some((rate, field))
+}
+
+/// The policy without a peer, compared always.
+fn on_disconnect(
+    spec: &ComponentSpec,
+    live: &ComponentObserved,
+) -> Option<(OnDisconnect, FieldChange)> {
+    let policy = spec.policy.on_disconnect;
+    let field = FieldChange {
+        field: "onDisconnect".to_owned(),
+        old: Some(live.on_disconnect.as_str().to_owned()),
+        new: Some(policy.as_str().to_owned()),
+    };
+    (policy != live.on_disconnect).then_some((policy, field))
+}
+
+fn reason(name: &str, field: &FieldChange) -> String {
+    let text = |value: &Option<String>| value.clone().unwrap_or_default();
+    let (old, new) = (text(&field.old), text(&field.new));
+    format!("{name} changed from {old} to {new}")
 }
 
 /// Every value that a component is to have, by set and name: what the spec names; for the rest of what it has, the

@@ -10,6 +10,7 @@ pub mod backoff;
 pub mod check;
 pub mod delta;
 pub mod desired;
+pub mod explain;
 pub mod observed;
 pub mod place;
 pub mod plan;
@@ -23,19 +24,25 @@ mod bring_up;
 mod critical_path;
 mod decide;
 mod diff;
+mod drift;
+mod export;
 mod graph;
 mod in_place;
 mod index;
 mod links;
 mod order;
 mod peers;
+mod service;
 mod take_down;
 
 pub use check::check_orders;
 pub use critical_path::{critical_path, nominal_micros};
+pub use drift::drift;
+pub use export::with_drift;
 pub use place::{
     NodeFacts, PlaceError, Placed, Settled, StoredSystem, digest, node_of_host, place,
     place_settled,
 };
 pub use planner::plan;
 pub use render::{render, summary};
+pub use service::service_provider;

@@ -1,17 +1,21 @@
 //! Decides what happens to each connector.
 //!
 //! A connector dies with its source component. When only its target goes, or what it was made with changed, it is
-//! disconnected at the source and made again; neither end is deactivated for it.
+//! disconnected at the source and made again; neither end is deactivated for it. What a person made of it by hand may be
+//! left (`by_hand`).
 
-mod compare;
+mod by_hand;
+pub(crate) mod compare;
+mod left_overs;
 
 use std::collections::BTreeMap;
 
 use rts_schemas::system::PortKind;
 
 use self::compare::Match;
-use crate::decide::{Decisions, Fate};
+use crate::decide::Decisions;
 use crate::desired::{PlacedConnector, SystemRef};
+use crate::drift::Found;
 use crate::index::{Facts, Id, ends};
 use crate::observed::{ConnectorObserved, ConnectorState};
 use crate::peers::Idle;
@@ -76,6 +80,8 @@ pub(crate) struct Links<'a> {
     pub services: Vec<(&'a str, &'a str)>,
     /// Components that must not be Active for want of a connector.
     pub idle: BTreeMap<Id<'a>, Idle>,
+    /// What a person changed by hand; what is left of it is in none of the above.
+    pub by_hand: BTreeMap<(&'a str, &'a str), Found>,
 }
 
 /// One end of a desired connector once the plan is carried out.
@@ -97,7 +103,7 @@ pub(crate) fn decide<'a>(
     blocked: &Blocked,
 ) -> Links<'a> {
     let mut links = Links::default();
-    cut_left_overs(facts, decisions, &mut links);
+    left_overs::cut(facts, decisions, &mut links);
     for (key, (system, connector)) in &facts.links {
         if connector.spec.kind == PortKind::Service {
             let name = (system.name.as_str(), connector.spec.name.as_str());
@@ -117,43 +123,6 @@ pub(crate) fn decide<'a>(
     links
 }
 
-/// Connectors at components that stay, which nobody wants or whose target goes.
-fn cut_left_overs<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, links: &mut Links<'a>) {
-    for (source, live) in facts.lives.iter().enumerate() {
-        let acts = live.manager.responsive && facts.nodes.contains(live.node);
-        let Some(id) = live.id().filter(|_| acts) else {
-            continue;
-        };
-        if decisions.fates[source] == Fate::Gone {
-            continue;
-        }
-        for connector in &live.component.connectors {
-            let key = (id.uid, connector.name.as_str());
-            let target = facts
-                .by_incarnation
-                .get(connector.target_incarnation.as_str());
-            let dying_target = target
-                .copied()
-                .filter(|live| decisions.fates[*live] == Fate::Gone);
-            let reason = if !facts.links.contains_key(&key) {
-                "is not in the system any more".to_owned()
-            } else if dying_target.is_some() {
-                format!("its target {} is taken down", connector.target.instance)
-            } else {
-                continue;
-            };
-            let cut = Cut {
-                source,
-                system: live.component.system.as_ref(),
-                connector,
-                dying_target,
-                reason,
-            };
-            links.cuts.insert(key, cut);
-        }
-    }
-}
-
 struct Linker<'f, 'a> {
     facts: &'f Facts<'a>,
     decisions: &'f Decisions<'a>,
@@ -171,31 +140,20 @@ impl<'a> Linker<'_, 'a> {
             End::Stays(live) => self.observed(*live).map(|connector| (*live, connector)),
             _ => None,
         };
-        let (reason, fields) = match (&source, &target, observed) {
-            (End::Elsewhere, _, _) => return,
-            (End::Absent(why), _, _) => {
-                let missing = !self.unseen(0);
-                return self.wait(links, why.clone(), missing);
-            }
-            (_, End::Absent(why), observed) => {
-                let unseen = self.unseen(1);
-                let flows = observed.is_some_and(|(_, c)| c.state == ConnectorState::Connected);
-                if unseen && flows {
-                    return;
-                }
-                return self.wait(links, why.clone(), !unseen);
-            }
-            (_, End::Stays(_) | End::Elsewhere, Some((_, connector))) => {
-                match self.compare(connector, &target) {
-                    Match::Same => return,
-                    Match::Pending => return self.pending(links),
-                    Match::Differs(reason, fields) => (reason, fields),
-                }
-            }
-            (_, End::Made, Some(_)) => (self.made_again(1), Vec::new()),
-            (End::Made, _, _) if self.had_before() => (self.made_again(0), Vec::new()),
-            _ => ("is not there yet".to_owned(), Vec::new()),
+        let by_hand = match &source {
+            End::Stays(live) => self.by_hand(*live, observed.map(|(_, connector)| connector)),
+            _ => None,
         };
+        if let Some(found) = &by_hand {
+            links.by_hand.insert(self.key, found.clone());
+            if found.left() {
+                return self.leave(links, observed.map(|(_, connector)| connector));
+            }
+        }
+        let Some((reason, fields)) = self.differs(links, &source, &target, observed) else {
+            return;
+        };
+        let reason = by_hand.as_ref().map_or(reason, by_hand::repaired);
         let name = target::connector(&self.connector.spec.name);
         if let Some(why) = self
             .blocked
@@ -220,6 +178,43 @@ impl<'a> Linker<'_, 'a> {
             reason,
         };
         links.joins.insert(self.key, join);
+    }
+
+    /// Why it is made, and what differs, when it is to be made and can be now; what cannot be made now waits.
+    fn differs(
+        &self,
+        links: &mut Links<'a>,
+        source: &End,
+        target: &End,
+        observed: Option<(usize, &'a ConnectorObserved)>,
+    ) -> Option<(String, Vec<FieldChange>)> {
+        let (why, missing) = match (source, target, observed) {
+            (End::Elsewhere, _, _) => return None,
+            (End::Absent(why), _, _) => (why, !self.unseen(0)),
+            (_, End::Absent(why), observed) => {
+                let unseen = self.unseen(1);
+                let flows = observed.is_some_and(|(_, c)| c.state == ConnectorState::Connected);
+                if unseen && flows {
+                    return None;
+                }
+                (why, !unseen)
+            }
+            (_, End::Stays(_) | End::Elsewhere, Some((_, connector))) => {
+                match self.compare(connector, target) {
+                    Match::Same => {}
+                    Match::Pending => self.pending(links),
+                    Match::Differs(reason, fields) => return Some((reason, fields)),
+                }
+                return None;
+            }
+            (_, End::Made, Some(_)) => return Some((self.made_again(1), Vec::new())),
+            (End::Made, _, _) if self.had_before() => {
+                return Some((self.made_again(0), Vec::new()));
+            }
+            _ => return Some(("is not there yet".to_owned(), Vec::new())),
+        };
+        self.wait(links, why.clone(), missing);
+        None
     }
 
     fn made_again(&self, end: usize) -> String {
@@ -254,8 +249,7 @@ impl<'a> Linker<'_, 'a> {
 
     /// True when a component lies in a manager that does not answer.
     fn silent(&self, id: Id<'a>) -> bool {
-        let live = self.decisions.present.get(&id);
-        live.is_some_and(|live| !self.facts.lives[*live].manager.responsive)
+        by_hand::silent(self.facts, self.decisions, id)
     }
 
     fn observed(&self, live: usize) -> Option<&'a ConnectorObserved> {
@@ -287,6 +281,13 @@ impl<'a> Linker<'_, 'a> {
             flow: self.flow(),
         };
         links.waits.insert(self.key, wait);
+    }
+
+    /// Leaves what a person made of it.
+    fn leave(&self, links: &mut Links<'a>, observed: Option<&ConnectorObserved>) {
+        if observed.is_some_and(|c| c.state == ConnectorState::Connecting) {
+            self.pending(links);
+        }
     }
 
     fn pending(&self, links: &mut Links<'a>) {

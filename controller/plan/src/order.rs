@@ -7,19 +7,67 @@
 //! `Preceding` outweighs the numbers: real profiles number components in the order of a list and let a low number wait
 //! for a high one. Where the two contradict each other, a level does not wait for its members with a `Preceding`.
 
+mod limits;
+mod tell;
+mod walk;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
-use petgraph::visit::EdgeRef;
-use rts_schemas::system::{Condition, SendingTiming, WaitFor};
+use rts_schemas::system::{Condition, Orders, SendingTiming, WaitFor};
 
-use crate::graph::{Gate, Ix};
+use crate::graph::Ix;
+use crate::index::{Facts, Id};
+use crate::plan::{OnTimeout, OrderName, Rule};
+
+/// A component in an order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Member<'a> {
+    /// Instance name.
+    pub name: &'a str,
+    /// False for one that nobody waits for when it cannot be brought up.
+    pub required: bool,
+}
+
+/// Members of one system. What is not desired any more counts as required.
+pub(crate) fn members<'a, 'f>(
+    facts: &'f Facts<'a>,
+    uid: &'a str,
+    names: impl IntoIterator<Item = &'a str> + 'f,
+) -> impl Iterator<Item = Member<'a>> + 'f {
+    names.into_iter().map(move |name| {
+        let want = facts.wants.get(&Id {
+            uid,
+            instance: name,
+        });
+        Member {
+            name,
+            required: want.is_none_or(|want| want.placed.spec.required),
+        }
+    })
+}
 
 #[derive(Debug, Clone, Copy)]
 enum Place<'a> {
-    Component(&'a str),
+    Component(Member<'a>),
     Level,
+}
+
+/// How one place waits for another.
+#[derive(Debug, Clone, Copy)]
+struct Wait {
+    rule: Rule,
+    /// Which of the order's time-outs ends it.
+    timeout: Option<usize>,
+}
+
+/// Time-out of one `Preceding`.
+#[derive(Debug, Clone, Copy)]
+struct Timeout {
+    /// Above 0.
+    ms: u32,
+    then: OnTimeout,
 }
 
 /// How far a component is, seen from what comes after it.
@@ -31,45 +79,78 @@ pub(crate) enum Standing {
     Steps(Vec<Ix>),
     /// It cannot get there now.
     Waits,
+    /// It cannot get there now, and why (`was deactivated by hand`).
+    WaitsAs(&'static str),
 }
 
-/// One order of one system.
+/// Conditions of one order of a profile.
+pub(crate) type List<'a> = (OrderName, &'a [Condition]);
+
+/// All seven.
+pub(crate) fn all(orders: &Orders) -> [List<'_>; 7] {
+    [
+        (OrderName::StartUp, &orders.start_up),
+        (OrderName::ShutDown, &orders.shut_down),
+        (OrderName::Activation, &orders.activation),
+        (OrderName::Deactivation, &orders.deactivation),
+        (OrderName::Resetting, &orders.resetting),
+        (OrderName::Initializing, &orders.initializing),
+        (OrderName::Finalizing, &orders.finalizing),
+    ]
+}
+
+/// The two that order Create, since that also initialises.
+pub(crate) fn making(orders: &Orders) -> [List<'_>; 2] {
+    [
+        (OrderName::StartUp, &orders.start_up),
+        (OrderName::Initializing, &orders.initializing),
+    ]
+}
+
+/// The two that order Delete, since that also finalises.
+pub(crate) fn deleting(orders: &Orders) -> [List<'_>; 2] {
+    [
+        (OrderName::ShutDown, &orders.shut_down),
+        (OrderName::Finalizing, &orders.finalizing),
+    ]
+}
+
+/// One order of one system; two where a step belongs to both.
 pub(crate) struct Order<'a> {
-    graph: DiGraph<Place<'a>, SendingTiming>,
+    graph: DiGraph<Place<'a>, Wait>,
     wait_ms: BTreeMap<&'a str, u32>,
-    name: &'a str,
-}
-
-#[derive(Debug, Clone, Default)]
-struct Passed {
-    steps: BTreeSet<Ix>,
-    waits: Option<String>,
+    timeouts: Vec<Timeout>,
+    name: String,
 }
 
 impl<'a> Order<'a> {
     /// The order among `members`; conditions on, or of, others are left out. Each list has its own sequence numbers.
-    pub fn new(
-        name: &'a str,
-        lists: &[&'a [Condition]],
-        members: impl IntoIterator<Item = &'a str>,
-    ) -> Self {
+    pub fn new(lists: &[List<'a>], members: impl IntoIterator<Item = Member<'a>>) -> Self {
+        let spoken = lists.iter().filter(|(_, list)| !list.is_empty());
+        let names: Vec<&str> = spoken.map(|(name, _)| name.as_str()).collect();
         let mut order = Self {
             graph: DiGraph::new(),
             wait_ms: BTreeMap::new(),
-            name,
+            timeouts: Vec::new(),
+            name: names.join(" and "),
         };
         let mut nodes: BTreeMap<&'a str, NodeIndex> = BTreeMap::new();
         for member in members {
             nodes
-                .entry(member)
+                .entry(member.name)
                 .or_insert_with(|| order.graph.add_node(Place::Component(member)));
         }
         let mut numbered = BTreeSet::new();
         for list in lists {
-            order.add_list(list, &nodes, &mut numbered);
+            order.add_list(*list, &nodes, &mut numbered);
         }
         order.relax(&numbered);
         order
+    }
+
+    /// Name of its list; of both, where both say something.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Drops edges of `numbered` that are part of a circle.
@@ -91,7 +172,7 @@ impl<'a> Order<'a> {
     /// `numbered` collects the edges from members with a `Preceding` to their levels.
     fn add_list(
         &mut self,
-        list: &'a [Condition],
+        (name, list): List<'a>,
         nodes: &BTreeMap<&'a str, NodeIndex>,
         numbered: &mut BTreeSet<EdgeIndex>,
     ) {
@@ -103,46 +184,58 @@ impl<'a> Order<'a> {
             };
             let level = levels.entry(target).or_insert(condition.sequence);
             *level = condition.sequence.max(*level);
-            self.add_wait(target, node, condition.wait.as_ref(), nodes);
+            match &condition.wait {
+                None => {}
+                Some(WaitFor::Time { milliseconds }) => {
+                    let wait = self.wait_ms.entry(target).or_default();
+                    *wait = (*wait).max(*milliseconds);
+                }
+                Some(WaitFor::Preceding {
+                    timing,
+                    timeout_ms,
+                    components,
+                }) => {
+                    let wait = self.wait(name, *timing, *timeout_ms);
+                    for before in components.iter().filter_map(|c| nodes.get(c.as_str())) {
+                        self.graph.add_edge(*before, node, wait);
+                    }
+                }
+            }
         }
         let preceded: BTreeSet<NodeIndex> = list
             .iter()
             .filter(|c| matches!(c.wait, Some(WaitFor::Preceding { .. })))
             .filter_map(|c| nodes.get(c.target.as_str()).copied())
             .collect();
-        numbered.extend(self.add_levels(&levels, nodes, &preceded));
+        let rule = Rule::Sequence { order: name };
+        numbered.extend(self.add_levels(rule, &levels, nodes, &preceded));
     }
 
-    fn add_wait(
-        &mut self,
-        target: &'a str,
-        node: NodeIndex,
-        wait: Option<&WaitFor>,
-        nodes: &BTreeMap<&str, NodeIndex>,
-    ) {
-        match wait {
-            None => {}
-            Some(WaitFor::Time { milliseconds }) => {
-                let wait = self.wait_ms.entry(target).or_default();
-                *wait = (*wait).max(*milliseconds);
-            }
-            Some(WaitFor::Preceding {
-                timing, components, ..
-            }) => {
-                for before in components.iter().filter_map(|c| nodes.get(c.as_str())) {
-                    self.graph.add_edge(*before, node, *timing);
-                }
-            }
-        }
+    fn wait(&mut self, order: OrderName, timing: SendingTiming, timeout_ms: u32) -> Wait {
+        let timeout = (timeout_ms > 0).then_some(self.timeouts.len());
+        self.timeouts.extend(timeout.map(|_| Timeout {
+            ms: timeout_ms,
+            then: on_timeout(order),
+        }));
+        let rule = match timing {
+            SendingTiming::Sync => Rule::Sync { order },
+            SendingTiming::Async => Rule::Async { order },
+        };
+        Wait { rule, timeout }
     }
 
     /// Gives the edges from `preceded` members to their levels.
     fn add_levels(
         &mut self,
+        rule: Rule,
         levels: &BTreeMap<&str, u32>,
         nodes: &BTreeMap<&str, NodeIndex>,
         preceded: &BTreeSet<NodeIndex>,
     ) -> Vec<EdgeIndex> {
+        let wait = Wait {
+            rule,
+            timeout: None,
+        };
         let mut numbered = Vec::new();
         let mut by_level: BTreeMap<u32, Vec<NodeIndex>> = BTreeMap::new();
         for (target, level) in levels {
@@ -152,13 +245,13 @@ impl<'a> Order<'a> {
         for members in by_level.values() {
             let end = self.graph.add_node(Place::Level);
             if let Some(below) = below {
-                self.graph.add_edge(below, end, SendingTiming::Sync);
+                self.graph.add_edge(below, end, wait);
             }
             for member in members {
                 if let Some(below) = below {
-                    self.graph.add_edge(below, *member, SendingTiming::Sync);
+                    self.graph.add_edge(below, *member, wait);
                 }
-                let edge = self.graph.add_edge(*member, end, SendingTiming::Sync);
+                let edge = self.graph.add_edge(*member, end, wait);
                 if preceded.contains(member) {
                     numbered.push(edge);
                 }
@@ -187,89 +280,22 @@ impl<'a> Order<'a> {
         let mut names: Vec<_> = group
             .iter()
             .filter_map(|node| match self.graph[*node] {
-                Place::Component(name) => Some(name),
+                Place::Component(member) => Some(member.name),
                 Place::Level => None,
             })
             .collect();
         names.sort_unstable();
         names
     }
+}
 
-    /// Visits every component after those it waits for, with what stands before it. Members of a cycle are told that
-    /// they wait; a visitor that must act all the same sees only edges that do not close a circle.
-    pub fn walk(&self, mut visit: impl FnMut(&'a str, Gate) -> Standing) {
-        let mut passed: Vec<Option<Passed>> = vec![None; self.graph.node_count()];
-        // Tarjan's groups come in reverse topological order.
-        for mut group in tarjan_scc(&self.graph).into_iter().rev() {
-            group.sort_unstable();
-            let cycle = self.is_cycle(&group).then(|| {
-                let names = self.names(&group).join(", ");
-                format!("its {} orders form a cycle of {names}", self.name)
-            });
-            for node in group {
-                let mut gate = self.gate(node, &passed);
-                if cycle.is_some() {
-                    gate.waits.clone_from(&cycle);
-                }
-                passed[node.index()] = Some(match self.graph[node] {
-                    Place::Level => Passed {
-                        steps: gate.needs,
-                        waits: gate.waits,
-                    },
-                    Place::Component(name) => self.pass(name, gate, &mut visit),
-                });
-            }
-        }
-    }
-
-    fn gate(&self, node: NodeIndex, passed: &[Option<Passed>]) -> Gate {
-        let mut gate = Gate::default();
-        if let Place::Component(name) = self.graph[node] {
-            gate.wait_ms = self.wait_ms.get(name).copied().unwrap_or_default();
-        }
-        let level = matches!(self.graph[node], Place::Level);
-        let mut below = BTreeSet::new();
-        for edge in self
-            .graph
-            .edges_directed(node, petgraph::Direction::Incoming)
-        {
-            let source = edge.source();
-            let Some(before) = &passed[source.index()] else {
-                continue;
-            };
-            if before.waits.is_some() && gate.waits.is_none() {
-                gate.waits.clone_from(&before.waits);
-            }
-            let set = match (edge.weight(), self.graph[source]) {
-                // The members of a level have waited for the level below, if they have a step at all.
-                (_, Place::Level) if level => &mut below,
-                (SendingTiming::Async, _) => &mut gate.starts,
-                (SendingTiming::Sync, _) => &mut gate.needs,
-            };
-            set.extend(before.steps.iter().copied());
-        }
-        if gate.needs.is_empty() {
-            gate.needs = below;
-        }
-        gate
-    }
-
-    fn pass(
-        &self,
-        name: &'a str,
-        gate: Gate,
-        visit: &mut impl FnMut(&'a str, Gate) -> Standing,
-    ) -> Passed {
-        match visit(name, gate) {
-            Standing::Done => Passed::default(),
-            Standing::Steps(steps) => Passed {
-                steps: steps.into_iter().collect(),
-                waits: None,
-            },
-            Standing::Waits => Passed {
-                steps: BTreeSet::new(),
-                waits: Some(format!("waits for {name} ({} order)", self.name)),
-            },
-        }
+/// Bringing up fails and is tried again; nothing is kept alive by an order.
+fn on_timeout(order: OrderName) -> OnTimeout {
+    match order {
+        OrderName::StartUp
+        | OrderName::Initializing
+        | OrderName::Activation
+        | OrderName::Resetting => OnTimeout::Fail,
+        OrderName::ShutDown | OrderName::Finalizing | OrderName::Deactivation => OnTimeout::GoOn,
     }
 }

@@ -23,12 +23,14 @@ pub(crate) struct Idle {
     pub certain: bool,
     /// The connector is being made already.
     pub transient: bool,
+    /// A person took the connector away, and that is left.
+    pub by_hand: bool,
 }
 
 impl Idle {
     /// Of several reasons the heaviest counts.
-    fn weight(&self) -> (bool, bool) {
-        (self.certain, !self.transient)
+    fn weight(&self) -> (bool, bool, bool) {
+        (self.certain, !self.by_hand, !self.transient)
     }
 }
 
@@ -56,8 +58,10 @@ fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> BTreeMap<Id<'a>, Idle> {
             continue;
         }
         let [source, target] = ends(key.0, connector);
+        let by_hand = links.left_out(key);
         let (flow, transient) = match links.waits.get(key) {
             Some(wait) => (wait.flow, wait.transient),
+            None if by_hand => (Flow::No, false),
             None if facts.wants.contains_key(&source) => (Flow::Yes, false),
             None => (Flow::Unknown, false),
         };
@@ -71,9 +75,10 @@ fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> BTreeMap<Id<'a>, Idle> {
                 continue;
             };
             let new = Idle {
-                reason: waits_for(key.1, policy),
+                reason: waits_for(key.1, by_hand, policy),
                 certain,
                 transient,
+                by_hand,
             };
             if idle.get(&id).is_none_or(|old| new.weight() > old.weight()) {
                 idle.insert(id, new);
@@ -83,12 +88,18 @@ fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> BTreeMap<Id<'a>, Idle> {
     idle
 }
 
-fn waits_for(connector: &str, policy: OnDisconnect) -> String {
+fn waits_for(connector: &str, by_hand: bool, policy: OnDisconnect) -> String {
     let policy = policy.as_str();
-    format!("waits for connector {connector}: rtsctl.onDisconnect is {policy}")
+    let which = match by_hand {
+        true => ", which was disconnected by hand",
+        false => "",
+    };
+    format!("waits for connector {connector}{which}: rtsctl.onDisconnect is {policy}")
 }
 
-/// Components that are Active without one of their connectors, and have to be deleted for it.
+/// Components that are Active without one of their connectors, and have to be deleted for it. A connector that a person
+/// took away and that is left so deletes nobody: who is made again would have it again, against the policy. Its ends
+/// are deactivated.
 fn stopping<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
@@ -104,7 +115,7 @@ fn stopping<'a>(
     let seeds = links
         .idle
         .iter()
-        .filter(|(id, idle)| idle.certain && stops(id));
+        .filter(|(id, idle)| idle.certain && !idle.by_hand && stops(id));
     let mut open = Vec::new();
     for (id, idle) in seeds {
         doomed.insert(*id, idle.reason.clone());
@@ -113,7 +124,7 @@ fn stopping<'a>(
     while let Some(peer) = open.pop() {
         for (id, connector) in facts.leans.get(&peer).into_iter().flatten() {
             if !doomed.contains_key(id) && stops(id) {
-                doomed.insert(*id, waits_for(connector, OnDisconnect::Stop));
+                doomed.insert(*id, waits_for(connector, false, OnDisconnect::Stop));
                 open.push(*id);
             }
         }

@@ -155,8 +155,33 @@ pub struct Restart {
     pub pid: Option<u32>,
     /// Components that are made again.
     pub components: Vec<String>,
+    /// Components of systems in it that stop and are not made again now.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also_stopped: Vec<String>,
+    /// Connectors that are cut by it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub connectors: Vec<String>,
+    /// Components that stay, and lose a peer meanwhile.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub affected: Vec<Affected>,
     /// Why.
     pub reason: String,
+}
+
+/// A component that stays while one that it is connected with is made again.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Affected {
+    /// Instance name.
+    pub instance: String,
+    /// Node name.
+    pub node: String,
+    /// Its process: `hello.main`.
+    pub manager: String,
+    /// It lacks samples; otherwise only its own go nowhere.
+    pub starved: bool,
+    /// What it does by itself then.
+    pub on_disconnect: OnDisconnect,
 }
 
 /// Something that has to wait.

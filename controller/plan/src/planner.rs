@@ -7,13 +7,17 @@
 //! - What cannot be seen (a node that is unknown, a manager that does not answer) is not acted upon, in either way.
 //! - StartUp and Initializing order Create, Activation orders Activate, Resetting orders Reset, Deactivation orders
 //!   Deactivate, ShutDown and Finalizing order Delete. SYNC and sequence numbers are needs, ASYNC is a start order.
-//! - Where the profile is silent, data flow gives preferences. They are start orders (`afterStartOf`), so that they
-//!   hold nothing up that has failed, and give way inside a cycle.
+//!   Where they name an optional component they are end orders (`afterEndOf`), and one that cannot be brought up now is
+//!   passed over ([`crate::order`]). A time-out limits the wait: bringing up fails then, taking down goes on.
+//! - Where the profile is silent, services and data flow give preferences. They are start orders (`afterStartOf`), so
+//!   that they hold nothing up that has failed, and give way inside a cycle: data flow first.
 //! - A blocked target is neither brought up nor taken down until it may be tried again. When its process stops, that
 //!   ends it in any case. What is left out for it is still a change, with the reason.
 //! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components; one
 //!   that has expired is stopped in the same way, and started again.
 //! - With `onDisconnect` other than `keep` a component is Active only with all its data connectors ([`crate::peers`]).
+//! - What a person changed by hand is put back or left, as `rtsctl.drift` says ([`mod@crate::drift`]); what is left is no
+//!   difference.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +27,8 @@ use crate::critical_path::critical_path;
 use crate::decide::{Decisions, Stop};
 use crate::desired::Desired;
 use crate::diff;
-use crate::graph::{Numbered, Steps};
+use crate::drift::{self, Found};
+use crate::graph::{Numbered, Preference, Steps};
 use crate::index::Facts;
 use crate::links::Links;
 use crate::observed::Observed;
@@ -43,12 +48,13 @@ pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
     let down = take_down::add(&facts, &decisions, &links, blocked, &mut steps);
     let up = bring_up::add(&facts, &decisions, &links, &down, blocked, &mut steps);
     let numbered = steps.number();
+    let by_hand = drift::found(&facts, &decisions, &links);
     Plan {
         changes: diff::changes(&facts, &decisions, &links, &down, &up),
         restarts: diff::restarts(&facts, &decisions),
         waiting_on: waiting_on(&facts, &decisions, &links, &down, &up, &numbered),
-        drift: Vec::new(),
-        notes: notes(&facts, &decisions, &links, &numbered),
+        notes: notes(&facts, &decisions, &links, &up, &numbered, &by_hand),
+        drift: by_hand.into_iter().map(|found| found.drift).collect(),
         critical_path: critical_path(&numbered.steps),
         steps: numbered.steps,
     }
@@ -120,7 +126,9 @@ fn notes<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
     links: &Links<'a>,
+    up: &Up<'a>,
     numbered: &Numbered,
+    by_hand: &[Found],
 ) -> Vec<String> {
     let mut notes = Vec::new();
     for (seat, manager) in &facts.processes {
@@ -155,11 +163,18 @@ fn notes<'a>(
             "service connector {name} of system {system}: is declared, service ports are connected by a later version"
         ));
     }
-    for targets in &numbered.dropped {
-        let names = targets.join(", ");
-        notes.push(format!(
-            "data flow gives no start or stop order among {names}: it runs in a circle, or against a written order"
-        ));
+    notes.extend(up.notes.iter().cloned());
+    notes.extend(by_hand.iter().filter_map(Found::note));
+    for dropped in &numbered.dropped {
+        let names = dropped.targets.join(", ");
+        notes.push(match dropped.why {
+            Preference::DataFlow => format!(
+                "data flow gives no start or stop order among {names}: it runs in a circle, or against a written order or a service"
+            ),
+            Preference::Service => format!(
+                "services give no start or stop order among {names}: they are provided in a circle, or against a written order"
+            ),
+        });
     }
     notes
 }

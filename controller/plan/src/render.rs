@@ -1,51 +1,108 @@
-//! A plan as text for people.
+//! A plan as text for people, and as a graph.
+//!
+//! Free of colour: whoever prints it colours by [`Tone`].
 
-use std::fmt::Write as _;
+mod describe;
+pub mod dot;
+mod drift;
+pub(crate) mod fields;
+pub mod mermaid;
+pub mod names;
+mod restarts;
+pub(crate) mod steps;
+mod text;
 
-use crate::in_place::GONE;
-use crate::plan::{Action, Change, FieldChange, Plan, Restart};
+pub use self::drift::drift;
+pub use self::fields::details;
+pub use self::restarts::restart;
+pub use self::steps::{after, critical_path, limit};
+pub use self::text::{body, render, render_with};
 
-/// Changes, restarts, what waits, remarks, and the summary line. Ends with a newline.
-pub fn render(plan: &Plan) -> String {
-    let mut text = String::new();
-    let width = plan.changes.iter().map(|c| c.target.chars().count());
-    let width = width.max().unwrap_or_default();
-    for change in &plan.changes {
-        let (sign, target) = (sign(change.action), &change.target);
-        line(
-            &mut text,
-            format_args!("{sign} {target:width$}  {}", what(change)),
-        );
+use serde::{Deserialize, Serialize};
+
+use crate::plan::{Action, Plan};
+
+/// What a piece of text tells, for colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Something is added.
+    Add,
+    /// Something changes in place.
+    Change,
+    /// Something is removed.
+    Remove,
+    /// Something stops and is made again.
+    Restart,
+    /// Something waits, or was changed by hand.
+    Attention,
+    /// The heading of a part.
+    Heading,
+}
+
+/// How a plan is laid out.
+#[derive(Clone, Copy)]
+pub struct Layout<'a> {
+    /// A target takes one line where it fits into this many characters.
+    pub width: usize,
+    /// Most fields of a changed target on one line; more take a line each.
+    pub inline: usize,
+    /// Dresses a piece of text, without changing what it takes on the screen.
+    pub paint: &'a dyn Fn(Tone, &str) -> String,
+}
+
+/// No colour.
+pub fn plain(_: Tone, text: &str) -> String {
+    text.to_owned()
+}
+
+impl Default for Layout<'_> {
+    fn default() -> Self {
+        Self {
+            width: 120,
+            inline: 1,
+            paint: &plain,
+        }
     }
-    for restart in &plan.restarts {
-        line(
-            &mut text,
-            format_args!("restarts: {}", blast_radius(restart)),
-        );
+}
+
+/// How much a plan does, in targets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Added.
+    pub add: usize,
+    /// Changed in place.
+    pub change: usize,
+    /// Removed.
+    pub remove: usize,
+    /// Stopped and made again.
+    pub restart: usize,
+}
+
+impl Counts {
+    /// Of a plan.
+    pub fn of(plan: &Plan) -> Self {
+        let mut counts = Self::default();
+        for change in &plan.changes {
+            *match change.action {
+                Action::Add => &mut counts.add,
+                Action::Change => &mut counts.change,
+                Action::Remove => &mut counts.remove,
+                Action::Restart => &mut counts.restart,
+            } += 1;
+        }
+        counts
     }
-    for waiting in &plan.waiting_on {
-        let (target, reason) = (&waiting.target, &waiting.reason);
-        line(&mut text, format_args!("waiting: {target}: {reason}"));
-    }
-    for note in &plan.notes {
-        line(&mut text, format_args!("note: {note}"));
-    }
-    line(&mut text, format_args!("{}", summary(plan)));
-    text
 }
 
 /// `Plan: 3 to add, 1 to change, 0 to remove`, and `, 1 to restart` when there is one.
 pub fn summary(plan: &Plan) -> String {
-    let count = |action| plan.changes.iter().filter(|c| c.action == action).count();
+    let counts = Counts::of(plan);
     let mut text = format!(
         "Plan: {} to add, {} to change, {} to remove",
-        count(Action::Add),
-        count(Action::Change),
-        count(Action::Remove),
+        counts.add, counts.change, counts.remove,
     );
-    let restarts = count(Action::Restart);
-    if restarts > 0 {
-        text.push_str(&format!(", {restarts} to restart"));
+    if counts.restart > 0 {
+        text.push_str(&format!(", {} to restart", counts.restart));
     }
     text
 }
@@ -56,52 +113,5 @@ impl std::fmt::Display for Plan {
     }
 }
 
-fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
-    // Writing to a String cannot fail.
-    let _ = writeln!(text, "{arguments}");
-}
-
-fn sign(action: Action) -> &'static str {
-    match action {
-        Action::Add => "+",
-        Action::Change => "~",
-        Action::Remove => "-",
-        Action::Restart => "!",
-    }
-}
-
-fn what(change: &Change) -> String {
-    if change.fields.is_empty() {
-        return change.reason.clone();
-    }
-    let fields: Vec<String> = change.fields.iter().map(field).collect();
-    let in_place = change.action == Action::Change && change.reason.ends_with("set in place");
-    let why = if in_place && change.reason.contains(GONE) {
-        "set in place; what is no longer in the profile goes back to its default"
-    } else if in_place {
-        "set in place"
-    } else {
-        &change.reason
-    };
-    format!("{} ({why})", fields.join(", "))
-}
-
-fn field(change: &FieldChange) -> String {
-    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
-    let (name, old, new) = (&change.field, text(&change.old), text(&change.new));
-    format!("{name}: {old} -> {new}")
-}
-
-fn blast_radius(restart: &Restart) -> String {
-    let (manager, node) = (&restart.manager, &restart.node);
-    let components = match restart.components.as_slice() {
-        [] => "none".to_owned(),
-        names => names.join(", "),
-    };
-    match restart.pid {
-        Some(pid) => format!(
-            "process {manager} (pid {pid}) on {node} stops; components made again: {components}"
-        ),
-        None => format!("process {manager} on {node} goes on; components made again: {components}"),
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -54,7 +54,7 @@ pub(crate) fn add<'a>(
     taker.connectors(links);
     taker.modules();
     taker.orders();
-    taker.prefer_up_stream_first();
+    taker.prefer();
     taker.down
 }
 

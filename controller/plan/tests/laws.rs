@@ -12,9 +12,11 @@ use proptest::prelude::*;
 use rts_plan::place::recreate_hash;
 use rts_plan::plan;
 use rts_plan::plan::Work;
+use rts_schemas::system::DriftPolicy;
 
+use lab::shape::shape;
 use lab::trouble::trouble;
-use lab::{Event, Lab, events};
+use lab::{Event, Lab, events, with_components, without};
 use world::World;
 use world::specs::system;
 
@@ -58,10 +60,10 @@ proptest! {
     /// Without something that only a person can mend, nothing waits in the end.
     #[test]
     fn nothing_waits_for_ever(seed: u64, events in events()) {
-        let mend = |event: &Event| {
-            !matches!(event, Event::ByHand(..) | Event::Error(_) | Event::Hold(_))
-        };
-        let events: Vec<Event> = events.into_iter().filter(mend).collect();
+        let events = without(&events, |event| {
+            matches!(event, Event::ByHand(..) | Event::Error(_) | Event::Hold(_))
+        });
+        let events = with_components(&events, |c| c.policy.drift = DriftPolicy::Repair);
         let mut lab = Lab::after(seed, &events)?;
         lab.world.calm();
         lab.converge()?;
@@ -69,6 +71,20 @@ proptest! {
         prop_assert_eq!(lab.difference(), Vec::<String>::new());
         prop_assert!(lab.world.managers().all(|(_, m)| m.expired.is_none()));
         lab.agents_agree()?;
+    }
+
+    /// The way there and the way back lead to where it began: places, contents, settings and connectors are as before.
+    #[test]
+    fn there_and_back(seed: u64, one in system("a", "C", 8), other in system("a", "C", 8)) {
+        let mut lab = Lab::after(seed, &[Event::Apply(Box::new(one.clone()))])?;
+        lab.converge()?;
+        let before = shape(&lab.world);
+        lab.world.apply(other);
+        lab.converge()?;
+        lab.world.apply(one.clone());
+        lab.converge()?;
+        prop_assert!(lab.plan().in_step(), "{}", lab.plan());
+        prop_assert_eq!(before, shape(&lab.world));
     }
 
     /// What is missing, and can be seen to be, is a change, whether something can be done about it now or not.

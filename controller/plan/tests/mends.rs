@@ -146,7 +146,9 @@ fn a_value_that_is_no_longer_written_goes_back_to_its_default() {
     world.apply(silent);
     let plan = turn(&mut world, &Blocked::new());
     insta::assert_snapshot!(render(&plan), @r"
-    ~ component/Filter0  configuration.active: fast -> default, configuration.default.gain: 7 -> 1.0 (set in place; what is no longer in the profile goes back to its default)
+    ~ component/Filter0  set in place; what is no longer in the profile goes back to its default
+        active set  fast -> default
+        gain        7 -> 1.0
     Plan: 0 to add, 1 to change, 0 to remove
     ");
     assert!(plan_of(&world).in_step(), "{}", render(&plan_of(&world)));

@@ -135,7 +135,7 @@ fn nothing_is_stopped_whose_replacement_is_blocked() {
         .blocked
         .insert("local|package/SquareSource@local".to_owned(), why);
     insta::assert_snapshot!(story.turn(), @r"
-    ~ component/Sine0  is not as written; blocked: package/SquareSource@local is blocked: no module file for SquareSource
+    ~ component/Sine0  is not as written; waits, see below
     waiting: component/Sine0: package/SquareSource@local is blocked: no module file for SquareSource
     Plan: 0 to add, 1 to change, 0 to remove
     ");
@@ -284,7 +284,8 @@ fn replaced_target_is_connected_anew() {
     ~ connector/Filter0.out-Printer0.in  its target Printer0 was made again
     Plan: 0 to add, 1 to change, 0 to remove
       1 Disconnect   connector/Filter0.out-Printer0.in  (its target Printer0 was made again)
-      2 Connect      connector/Filter0.out-Printer0.in  needs [1]  (its target Printer0 was made again)
+      2 Connect      connector/Filter0.out-Printer0.in  after 1  (its target Printer0 was made again)
+    critical path: 1 → 2 (2 steps)
     ");
 }
 

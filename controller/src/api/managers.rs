@@ -112,7 +112,7 @@ pub async fn delete(
 }
 
 /// Asks the agent of a node; its loss, or the time-out of its client, ends that.
-async fn ask<T>(
+pub async fn ask<T>(
     app: &App,
     node: &str,
     work: impl AsyncFnOnce(&HttpAgent) -> Result<T, ClientError>,
@@ -132,7 +132,7 @@ async fn ask<T>(
 }
 
 /// The same for what changes the node: what was told of it before is then of yesterday.
-async fn change<T>(
+pub async fn change<T>(
     app: &App,
     node: &str,
     work: impl AsyncFnOnce(&HttpAgent) -> Result<T, ClientError>,

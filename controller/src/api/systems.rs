@@ -12,8 +12,8 @@ use super::audit::audit;
 use super::extract::{Params, Segments};
 use super::objects::with_etag;
 use super::{Answer, App};
-use crate::admit;
-use crate::apply::{Precondition, apply_if, delete_but, find};
+use crate::admit::{self, Admitted};
+use crate::apply::{Precondition, apply_if, delete_but, find, missing};
 
 /// One system.
 #[utoipa::path(
@@ -42,7 +42,8 @@ pub async fn get(
     request_body = ApplyRequest,
     responses(
         (status = 200, body = ApplyResult), (status = 202, body = ApplyResult),
-        (status = 409, body = Problem), (status = 412, body = Problem),
+        (status = 409, description = "stale-plan, would-restart, other-system, instance-clash, terminating", body = Problem),
+        (status = 412, body = Problem),
         (status = 413, description = "too-large", body = Problem), (status = 422, body = Problem),
         (status = 503, body = Problem), (status = 507, description = "The disk of the store is full", body = Problem)
     )
@@ -73,7 +74,8 @@ pub async fn put(
     post, path = "/v1/systems/{name}/plan", params(("name" = String, Path,)),
     request_body = ApplyRequest,
     responses(
-        (status = 200, body = PlanResult), (status = 409, body = Problem),
+        (status = 200, body = PlanResult),
+        (status = 409, description = "stale-plan, would-restart, other-system, instance-clash, terminating", body = Problem),
         (status = 413, description = "too-large", body = Problem), (status = 422, body = Problem),
         (status = 503, body = Problem)
     )
@@ -85,12 +87,7 @@ pub async fn plan(
     Json(request): Json<ApplyRequest>,
 ) -> Answer<Json<PlanResult>> {
     let admitted = admit::admit(&app.core, &name, &request).await?;
-    Ok(Json(PlanResult {
-        index: 0,
-        digest: admitted.plan.digest(),
-        plan: admitted.plan,
-        notes: admitted.notes,
-    }))
+    Ok(Json(planned(admitted)))
 }
 
 /// Plan of the stored systems as of now; empty when nothing is to be done.
@@ -103,16 +100,17 @@ pub async fn stored_plan(
     _: Principal,
     Segments(name): Segments<String>,
 ) -> Answer<Json<PlanResult>> {
-    find(&app.core, &name)?;
-    let placed = app.core.place(None);
-    let plan = admit::plan(&app.core, &placed).await;
-    let notes = placed.notes.get(&name).cloned().unwrap_or_default();
-    Ok(Json(PlanResult {
-        index: 0,
-        digest: plan.digest(),
-        plan,
-        notes,
-    }))
+    let admitted = admit::stored(&app.core, &name).await;
+    Ok(Json(planned(admitted.ok_or_else(|| missing(&name))?)))
+}
+
+fn planned(admitted: Admitted) -> PlanResult {
+    PlanResult {
+        index: admitted.record.index,
+        digest: admitted.digest(),
+        plan: admitted.plan,
+        notes: admitted.notes,
+    }
 }
 
 /// Nodes of a DELETE's query that are not waited for.

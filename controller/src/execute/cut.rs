@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use rts_agent_api::messages::Batch;
 use rts_plan::plan::{Plan, StepId};
 
+use super::run::Store;
+
 /// Steps that an agent carries out at once.
 const PARALLELISM: u32 = 16;
 
@@ -12,7 +14,7 @@ const PARALLELISM: u32 = 16;
 pub fn cut(
     plan: &Plan,
     plan_id: &str,
-    store: (&str, u64),
+    store: Store<'_>,
     generations: &BTreeMap<String, u64>,
     deadline_ms: u64,
 ) -> BTreeMap<String, Batch> {
@@ -34,8 +36,8 @@ pub fn cut(
             parallelism: PARALLELISM,
         });
         batch.steps.push(step.clone());
-        let needed = step.needs.iter().chain(&step.after_start_of);
-        let foreign = needed.filter(|id| node_of.get(id) != Some(&step.node.as_str()));
+        let foreign = |id: &StepId| node_of.get(id) != Some(&step.node.as_str());
+        let foreign = step.before().filter(foreign);
         batch.gates.extend(foreign);
     }
     for batch in batches.values_mut() {
@@ -43,4 +45,52 @@ pub fn cut(
         batch.gates.extend(gates);
     }
     batches
+}
+
+#[cfg(test)]
+mod tests {
+    use rts_plan::plan::{Step, Work};
+
+    use super::*;
+
+    fn step(id: StepId, node: &str) -> Step {
+        Step {
+            id,
+            node: node.into(),
+            target: format!("package/T{id}@{node}"),
+            system: None,
+            needs: Vec::new(),
+            after_start_of: Vec::new(),
+            after_end_of: Vec::new(),
+            limits: Vec::new(),
+            because: Vec::new(),
+            wait_ms: 0,
+            reason: String::new(),
+            work: Work::Install {
+                type_name: format!("T{id}"),
+                module_digest: None,
+            },
+        }
+    }
+
+    #[test]
+    fn every_edge_from_another_node_is_a_gate_once() {
+        let mut last = step(4, "local");
+        last.needs = vec![1];
+        last.after_start_of = vec![2];
+        last.after_end_of = vec![2, 3];
+        let steps = vec![step(1, "local"), step(2, "robot"), step(3, "robot"), last];
+        let plan = Plan {
+            steps,
+            ..Plan::default()
+        };
+        let generations = [("local".to_owned(), 5), ("robot".to_owned(), 6)].into();
+        let batches = cut(&plan, "p", ("c", 1), &generations, 1_000);
+        assert_eq!(batches["local"].gates, [2, 3]);
+        assert!(batches["robot"].gates.is_empty());
+        assert_eq!(
+            (batches["robot"].generation, batches["local"].steps.len()),
+            (6, 2)
+        );
+    }
 }

@@ -11,16 +11,17 @@ use rts_agent_api::messages::{Batch, BatchEvent, GateReport, StepOutcome};
 use rts_plan::plan::{Plan, Step, StepId};
 
 use super::cut::cut;
+use super::deadline::{self, StartTimeouts};
 use crate::fleet::Agent;
 
-/// Time that a batch has beside what its steps wait on purpose.
-pub const BATCH_DEADLINE: Duration = Duration::from_secs(60);
 /// Time after its deadline in which the agent must have said so.
 const GRACE: Duration = Duration::from_secs(5);
 /// Time for an agent to accept a batch.
 const ACCEPT: Duration = Duration::from_secs(5);
-/// How often a gate report is tried.
-const GATE_TRIES: u32 = 3;
+/// Tries after which a gate that does not open is told of.
+const GATE_WARNING: u32 = 3;
+/// Pause before a gate report is tried again, at first and at most.
+const GATE_PAUSE: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(2));
 
 /// An agent that takes part, and a future that ends when it is lost.
 pub struct Peer {
@@ -31,6 +32,9 @@ pub struct Peer {
     /// Ends when the node's session ends.
     pub lost: BoxFuture<'static, ()>,
 }
+
+/// Cluster uid and epoch of the store in whose name steps are carried out.
+pub type Store<'a> = (&'a str, u64);
 
 /// Where each step of a run is.
 #[derive(Debug, Clone, Default)]
@@ -69,16 +73,17 @@ impl<'a> Executor<'a> {
     pub fn start(
         plan: &'a Plan,
         plan_id: &'a str,
-        store: (&str, u64),
+        store: Store<'_>,
         peers: BTreeMap<String, Peer>,
         absent: &BTreeMap<String, String>,
+        starts: &StartTimeouts,
     ) -> Self {
         let generations = peers
             .iter()
             .map(|(n, p)| (n.clone(), p.generation))
             .collect();
-        let deadline = BATCH_DEADLINE + longest_wait(plan);
-        let deadline = u64::try_from(deadline.as_millis()).unwrap_or(u64::MAX);
+        let deadline = deadline::of(plan, starts).as_millis();
+        let deadline = u64::try_from(deadline).unwrap_or(u64::MAX);
         let mut batches = cut(plan, plan_id, store, &generations, deadline);
         let mut run = Self {
             plan,
@@ -206,35 +211,26 @@ impl<'a> Executor<'a> {
             let report = report(id);
             let node = node.clone();
             self.releases.push(Box::pin(async move {
-                for _ in 0..GATE_TRIES {
+                let mut pause = GATE_PAUSE.0;
+                let mut tries = 0_u32;
+                // Whoever waits behind the gate has nothing else to end it but the deadline. The run's end ends this.
+                loop {
                     let sent = tokio::time::timeout(ACCEPT, agent.release(&plan_id, &report));
-                    match sent.await {
+                    let why = match sent.await {
                         Ok(Ok(())) => return,
-                        Ok(Err(e)) => tracing::debug!(node, error = %e, "gate report failed"),
-                        Err(_) => tracing::debug!(node, "gate report got no answer"),
+                        Ok(Err(e)) => e.to_string(),
+                        Err(_) => "no answer".to_owned(),
+                    };
+                    tries = tries.saturating_add(1);
+                    if tries == GATE_WARNING {
+                        tracing::warn!(node, step = id, why, "a gate cannot be opened; going on");
                     }
-                    tokio::time::sleep(Duration::from_millis(100)).await;
+                    tokio::time::sleep(pause).await;
+                    pause = (pause * 2).min(GATE_PAUSE.1);
                 }
-                tracing::warn!(
-                    node,
-                    step = id,
-                    "a gate could not be opened; the batch's deadline ends it"
-                );
             }));
         }
     }
-}
-
-/// The longest chain of `wait_ms` through a plan's needs.
-fn longest_wait(plan: &Plan) -> Duration {
-    let mut ends: BTreeMap<StepId, u64> = BTreeMap::new();
-    for step in &plan.steps {
-        let before = step.needs.iter().chain(&step.after_start_of);
-        let begin = before.filter_map(|id| ends.get(id)).max().copied();
-        let end = begin.unwrap_or(0).saturating_add(step.wait_ms.into());
-        ends.insert(step.id, end);
-    }
-    Duration::from_millis(ends.into_values().max().unwrap_or(0))
 }
 
 /// A step of a plan by its id.

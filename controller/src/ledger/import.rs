@@ -217,6 +217,7 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
     SystemRecord {
         uid: part.system.uid.clone(),
         generation: part.generation,
+        index: 0,
         spec: SystemSpec {
             name: part.system.name.clone(),
             full_id: String::new(),

@@ -194,11 +194,15 @@ pub async fn fetch(core: &Core, node: &str, entry: &NodeEntry) -> Result<NodeSpe
 pub async fn commit(
     core: &Core,
     node: &str,
-    import: Import,
+    mut import: Import,
     more: Vec<Write>,
 ) -> Result<(), StoreError> {
-    let mut writes = import.writes(&core.registry().systems);
-    writes.extend(more);
+    let stored = core.registry().systems.clone();
+    let mut writes = more;
+    let records = import.records.values_mut();
+    let changed = records.filter(|record| stored.get(record.name()) != Some(*record));
+    writes.extend(changed.map(|record| core.number(record)).last());
+    writes.extend(import.writes(&stored));
     core.store.write(writes.clone()).await?;
     {
         let mut registry = core.registry();

@@ -78,7 +78,10 @@ fn component(scene: &Scene<'_>, node: &str, instance: &str, both: &Both<'_>) -> 
         }
         status.waiting_on = waits_for(scene, node, instance, both, &status);
     }
-    status.drift = drift(both);
+    let (system, target) = (system_of(both), target::component(instance));
+    let by_hand = scene.drifts.get(&(system, target.as_str()));
+    status.drift = drift(both) || by_hand.is_some();
+    status.drift_fields = by_hand.map_or_else(Vec::new, |drift| super::drift::fields(drift));
     object(
         Kind::Component,
         metadata(scene, instance, both, &status),
@@ -133,6 +136,16 @@ fn waits_for(
     }
 }
 
+/// Name of its system; empty when it has none.
+fn system_of<'a>(both: &Both<'a>) -> &'a str {
+    let desired = both.desired.map(|(system, _)| system);
+    let found = || {
+        both.observed
+            .and_then(|(_, found, _)| found.system.as_ref())
+    };
+    desired.or_else(found).map_or("", |system| &system.name)
+}
+
 fn drift(both: &Both<'_>) -> bool {
     match (&both.desired, &both.observed) {
         (None, Some((_, found, _))) => found.system.is_none(),
@@ -165,17 +178,14 @@ fn metadata(
 
 fn view(both: &Both<'_>) -> ComponentView {
     match (&both.desired, &both.observed) {
-        (Some((system, placed)), _) => ComponentView {
-            system: system.name.clone(),
+        (Some((_, placed)), _) => ComponentView {
+            system: system_of(both).to_owned(),
             type_name: placed.spec.type_name.clone(),
             required: placed.spec.required,
             configuration: placed.spec.configuration.clone(),
         },
         (None, Some((_, found, _))) => ComponentView {
-            system: found
-                .system
-                .as_ref()
-                .map_or_else(String::new, |s| s.name.clone()),
+            system: system_of(both).to_owned(),
             type_name: found.type_name.clone(),
             ..ComponentView::default()
         },

@@ -1,4 +1,4 @@
-//! Conditions of a system: Synced, Healthy, Progressing.
+//! Conditions of a system: Synced, Healthy, Progressing, Drifted.
 
 use jiff::Timestamp;
 use rts_controller_api::objects::{Condition, Phase, System, SystemStatus};
@@ -31,11 +31,7 @@ pub fn conditions(
             "AllActive",
             "every required component is Active and every connector Connected".to_owned(),
         ),
-        Some(first) if facts.unhealthy.len() == 1 => ("NotHealthy", first.clone()),
-        Some(first) => (
-            "NotHealthy",
-            format!("{first}, and {} more", facts.unhealthy.len() - 1),
-        ),
+        Some(first) => ("NotHealthy", and_more(first, facts.unhealthy.len())),
     };
     let moving = match status.phase {
         Phase::Terminating => ("Terminating", "being taken down".to_owned()),
@@ -50,14 +46,29 @@ pub fn conditions(
         Phase::Degraded if waits.is_empty() => ("NotHealthy", healthy.1.clone()),
         Phase::Degraded => ("Waiting", waits),
     };
+    let truth = |value| if value { "True" } else { "False" };
+    let (is_drifted, drifted) = match facts.drift.first() {
+        Some(first) => {
+            let message = and_more(first, facts.drift.len());
+            ("True", ("ChangedByHand", message))
+        }
+        None if facts.silent => {
+            let message = "not all of its nodes can be asked".to_owned();
+            ("Unknown", ("NotSeen", message))
+        }
+        None => {
+            let message = "nothing of it was changed by hand".to_owned();
+            ("False", ("AsWritten", message))
+        }
+    };
     [
-        ("Synced", status.synced, synced),
-        ("Healthy", status.healthy, healthy),
-        ("Progressing", progressing, moving),
+        ("Synced", truth(status.synced), synced),
+        ("Healthy", truth(status.healthy), healthy),
+        ("Progressing", truth(progressing), moving),
+        ("Drifted", is_drifted, drifted),
     ]
     .into_iter()
     .map(|(kind, value, (reason, message))| {
-        let value = if value { "True" } else { "False" };
         let old = before
             .and_then(|before| before.status.conditions.iter().find(|c| c.kind == kind))
             .filter(|old| old.status == value);
@@ -71,4 +82,11 @@ pub fn conditions(
         }
     })
     .collect()
+}
+
+fn and_more(first: &str, count: usize) -> String {
+    match count {
+        0 | 1 => first.to_owned(),
+        count => format!("{first}, and {} more", count - 1),
+    }
 }

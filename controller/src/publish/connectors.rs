@@ -54,9 +54,12 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
             ..ConnectorStatus::default()
         },
     };
-    status.drift = both.desired.is_none() && system.is_empty();
+    let target = target::connector(name);
+    let by_hand = scene.drifts.get(&(system, target.as_str()));
+    status.drift = both.desired.is_none() && system.is_empty() || by_hand.is_some();
+    status.drift_fields = by_hand.map_or_else(Vec::new, |drift| super::drift::fields(drift));
     if both.desired.is_some() && status.state != "Connected" {
-        let reason = scene.reasons.get(&target::connector(name));
+        let reason = scene.reasons.get(&target);
         let reason = reason.map(|reason| reason.text.clone());
         let service = both
             .desired
@@ -108,6 +111,7 @@ fn as_observed(found: &ConnectorObserved, known: bool) -> ConnectorStatus {
         drops: found.drops,
         waiting_on: None,
         drift: false,
+        drift_fields: Vec::new(),
     }
 }
 

@@ -7,9 +7,11 @@ use rts_agent_api::messages::StepOutcome;
 use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus};
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
+use rts_plan::target;
 use rts_schemas::system::{ConnectorSpec, PortKind};
 
 use super::conditions::conditions;
+use super::drift::{made_by_hand, misses, of_system, text};
 use super::{Scene, object, waiting};
 use crate::core::RunState;
 use crate::reconcile::{Backoff, is_free_of};
@@ -50,6 +52,10 @@ pub struct Facts {
     pending: bool,
     /// Differences that the last plan found.
     pub differences: usize,
+    /// Some node that it runs on cannot be asked.
+    pub silent: bool,
+    /// What was changed by hand, and what becomes of it.
+    pub drift: Vec<String>,
     /// Why it is not healthy.
     pub unhealthy: Vec<String>,
     /// Something is on its way by itself.
@@ -73,7 +79,9 @@ impl Facts {
             .collect();
         let run = world.runs.get(&record.uid);
         let resting = world.resting.contains(&record.uid);
+        let known = |node| matches!(world.observed.nodes.get(node), Some(NodeObserved::Known(_)));
         let mut facts = Self {
+            silent: !record.nodes.iter().all(known),
             planned,
             pending: run.is_some() || (!steps.is_empty() && !resting),
             differences: world
@@ -82,6 +90,10 @@ impl Facts {
                 .iter()
                 .filter(|change| mine(change.system.as_deref()))
                 .count(),
+            drift: of_system(&scene.drifts, record.name())
+                .into_iter()
+                .map(text)
+                .collect(),
             unhealthy: Vec::new(),
             settling: false,
             active: 0,
@@ -107,7 +119,9 @@ impl Facts {
                 continue;
             } else if spec.required {
                 let state = state.map_or("not there", super::components::state_name);
-                self.unhealthy.push(format!("{} is {state}", spec.instance));
+                let why = left(scene, record, &target::component(&spec.instance));
+                let why = why.unwrap_or_else(|| format!("is {state}"));
+                self.unhealthy.push(format!("{} {why}", spec.instance));
             }
         }
         // Service connectors are declared only: this version does not connect them.
@@ -119,24 +133,20 @@ impl Facts {
                 _ => "not connected",
             };
             self.settling |= state == "Connecting";
-            self.unhealthy.push(format!("{} is {state}", spec.name));
+            let why = left(scene, record, &target::connector(&spec.name));
+            let why = why.unwrap_or_else(|| format!("is {state}"));
+            self.unhealthy.push(format!("{} {why}", spec.name));
         }
     }
 
     fn status(&self, scene: &Scene<'_>, record: &SystemRecord) -> SystemStatus {
-        let silent = record.nodes.iter().any(|node| {
-            !matches!(
-                scene.world.observed.nodes.get(node),
-                Some(NodeObserved::Known(_))
-            )
-        });
         let held = scene
             .world
             .plan
             .waiting_on
             .iter()
             .any(|w| self.waiting.iter().any(|mine| mine.target == w.target));
-        let synced = self.planned && self.differences == 0 && !silent && !held;
+        let synced = self.planned && self.differences == 0 && !self.silent && !held;
         let healthy = self.unhealthy.is_empty();
         let phase = if record.deleted.is_some() {
             Phase::Terminating
@@ -162,7 +172,8 @@ impl Facts {
             progress: self.progress.clone(),
             waiting_on: self.waiting.clone(),
             notes: notes(scene, record),
-            drift: drift(scene, record),
+            drift: [self.drift.clone(), made_by_hand(scene, record)].concat(),
+            check_index: record.index,
             tombstones: tombstones(scene, record),
             components: count(record.spec.components.len()),
             active: count(self.active),
@@ -225,7 +236,7 @@ fn notes(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
         .spec
         .components
         .iter()
-        .map(|component| rts_plan::target::component(&component.instance))
+        .map(|component| target::component(&component.instance))
         .collect();
     mine.push(record.name().to_owned());
     let words = |note: &str, wanted: &str| note.split([' ', ',', ':', ';']).any(|w| w == wanted);
@@ -238,31 +249,10 @@ fn notes(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
     notes
 }
 
-/// What runs in this system's managers or on its nodes and is in no spec.
-fn drift(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
-    let mut drift = Vec::new();
-    for (node, (inventory, _)) in &scene.inventories {
-        for manager in &inventory.managers {
-            let mine = manager
-                .key
-                .system
-                .as_ref()
-                .is_some_and(|s| s.uid == record.uid);
-            for component in manager
-                .components
-                .iter()
-                .filter(|c| mine && c.system.is_none())
-            {
-                drift.push(format!(
-                    "{} ({}) was made by hand in manager {} on node {node}",
-                    component.instance,
-                    component.type_name,
-                    manager.key.display_name()
-                ));
-            }
-        }
-    }
-    drift
+/// Why what a person took away stays away.
+fn left(scene: &Scene<'_>, record: &SystemRecord, target: &str) -> Option<String> {
+    let drift = scene.drifts.get(&(record.name(), target))?;
+    misses(drift)
 }
 
 /// Nodes on which something of a deleted system may be left, once nothing is left where it can be asked.

@@ -7,6 +7,7 @@ use rts_plan::observed::{Held, NodeObserved};
 use rts_plan::target;
 use tokio::time::Instant;
 
+use super::drift;
 use crate::core::World;
 use crate::reconcile::{Backoff, Entry, target_of};
 use crate::sessions::NodeEntry;
@@ -51,6 +52,11 @@ pub fn reasons(
         let target = target_of(key);
         if entry.blocks(now) || tried.contains(target) {
             reasons.insert(target.to_owned(), lasting(&entry.reason));
+        }
+    }
+    for drift in &world.plan.drift {
+        if let Some(why) = drift::misses(drift) {
+            reasons.insert(drift.target.clone(), lasting(&why));
         }
     }
     for held in held(world) {

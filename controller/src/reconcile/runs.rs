@@ -16,7 +16,7 @@ use super::side::{Unfinished, beside};
 use super::slots::{Left, Slots, system_of};
 use super::{SLOW_TICK, Stamp, results};
 use crate::core::{Core, RunState};
-use crate::execute::{Executor, Peer};
+use crate::execute::{Executor, Peer, StartTimeouts};
 
 /// Most runs at once: an agent takes at most eight batches.
 const MOST: usize = 7;
@@ -89,6 +89,7 @@ struct Run {
     stamp: Option<Stamp>,
     peers: BTreeMap<String, Peer>,
     absent: BTreeMap<String, String>,
+    starts: StartTimeouts,
     desired: watch::Receiver<u64>,
     /// What it has still to do.
     left: Left,
@@ -195,6 +196,7 @@ impl Runs {
                 key: key.clone(),
                 stamp: stamps.get(&system).copied(),
                 peers: self.peers(&plan, specs),
+                starts: self.core.start_timeouts(&system),
                 absent,
                 desired: self.core.watch_desired(),
                 left: Left::default(),
@@ -234,7 +236,8 @@ impl Run {
         let plan_id = self.core.rng.uuid();
         let peers = std::mem::take(&mut self.peers);
         let store = (self.core.cluster_uid.as_str(), self.core.epoch());
-        let mut run = Executor::start(&self.plan, &plan_id, store, peers, &self.absent);
+        let (absent, starts) = (&self.absent, &self.starts);
+        let mut run = Executor::start(&self.plan, &plan_id, store, peers, absent, starts);
         let mut publish = tokio::time::interval(PROGRESS);
         publish.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut dirty = true;

@@ -20,7 +20,8 @@ pub struct Unfinished {
 /// nothing is left.
 pub fn beside(plan: &Plan, unfinished: &[Unfinished]) -> Option<Plan> {
     let blocker = |step: &Step| unfinished.iter().find(|other| touch(step, &other.step));
-    // A start order is kept when the very step that is to start before has started.
+    // A start order is kept when the very step that is to start before has started. What waits for a step's end waits
+    // on: it is in a later plan once that has ended.
     let begun = |step: &Step| {
         let same = |u: &&Unfinished| {
             u.started && u.step.target == step.target && u.step.work.kind() == step.work.kind()
@@ -87,7 +88,7 @@ fn touch(one: &Step, other: &Step) -> bool {
 #[cfg(test)]
 mod tests {
     use rts_plan::desired::{ManagerKey, SystemRef};
-    use rts_plan::plan::StepId;
+    use rts_plan::plan::{Limit, OnTimeout, StepId};
 
     use super::*;
 
@@ -156,6 +157,45 @@ mod tests {
         let steps = [slow.clone(), step(2, "next", "n", &[], &[1])];
         assert_eq!(targets(&steps, &[(&slow, true)]), ["next"]);
         assert_eq!(targets(&steps, &[(&slow, false)]), [""; 0]);
+    }
+
+    #[test]
+    fn an_end_order_holds_until_the_run_with_the_other_is_over() {
+        let slow = step(1, "slow", "m", &[], &[]);
+        let mut next = step(2, "next", "n", &[], &[]);
+        next.after_end_of = vec![1];
+        next.limits = vec![Limit {
+            steps: vec![1],
+            ms: 500,
+            then: OnTimeout::Fail,
+        }];
+        let steps = [slow.clone(), next, step(3, "other", "n", &[], &[])];
+        assert_eq!(targets(&steps, &[(&slow, true)]), ["other"]);
+        assert_eq!(targets(&steps, &[(&slow, false)]), ["other"]);
+        assert_eq!(targets(&steps, &[]), ["slow", "next", "other"]);
+    }
+
+    #[test]
+    fn a_limit_on_what_has_started_goes_with_its_start_order() {
+        let slow = step(1, "slow", "m", &[], &[]);
+        let other = step(2, "other", "n", &[], &[]);
+        let mut next = step(3, "next", "n", &[], &[1, 2]);
+        next.limits = vec![Limit {
+            steps: vec![1, 2],
+            ms: 500,
+            then: OnTimeout::Fail,
+        }];
+        let plan = Plan {
+            steps: vec![slow.clone(), other, next],
+            ..Plan::default()
+        };
+        let begun = Unfinished {
+            step: slow,
+            started: true,
+        };
+        let left = beside(&plan, &[begun]).unwrap_or_default().steps;
+        assert_eq!((left.len(), &left[1].after_start_of), (2, &vec![1]));
+        assert_eq!(left[1].limits[0].steps, [1]);
     }
 
     #[test]

@@ -228,6 +228,6 @@ async fn another_protocol_names_the_side_to_upgrade() {
         let refused = sessions.greet("n", greeting, agent, "u".into(), Timestamp::UNIX_EPOCH);
         refused.unwrap_err().to_string()
     };
-    insta::assert_snapshot!(refused(PROTOCOL_VERSION + 1), @"the agent of node n speaks protocol 3, this controller 2: upgrade rts-controller");
-    insta::assert_snapshot!(refused(PROTOCOL_VERSION - 1), @"the agent of node n speaks protocol 1, this controller 2: upgrade rts-agent");
+    insta::assert_snapshot!(refused(PROTOCOL_VERSION + 1), @"the agent of node n speaks protocol 4, this controller 3: upgrade rts-controller");
+    insta::assert_snapshot!(refused(PROTOCOL_VERSION - 1), @"the agent of node n speaks protocol 2, this controller 3: upgrade rts-agent");
 }

@@ -147,7 +147,7 @@ mod tests {
             half.to_owned(),
             good.replace("\"epoch\":3", "\"epoch\":4"),
             good.replace("\"Backup\"", "\"System\""),
-            good.replace("\"schemaVersion\":2", "\"schemaVersion\":99"),
+            good.replace("\"schemaVersion\":3", "\"schemaVersion\":99"),
             String::new(),
         ];
         let said: Vec<String> = texts
@@ -155,10 +155,10 @@ mod tests {
             .map(|text| Backup::read(text.as_bytes()).unwrap_err().to_string())
             .collect();
         insta::assert_snapshot!(said.join("\n"), @r#"
-        it is damaged or no backup at all: EOF while parsing a string at line 1 column 134
+        it is damaged or no backup at all: EOF while parsing a string at line 1 column 140
         it is damaged: its contents do not fit its checksum
         it is no backup of a controller: apiVersion is "rtsctl.dev/v1" and kind "System", where "rtsctl.dev/v1" and "Backup" are wanted
-        it has schema version 99, and this program knows 2: upgrade rtsctl
+        it has schema version 99, and this program knows 3: upgrade rtsctl
         it is damaged or no backup at all: EOF while parsing a value at line 1 column 0
         "#);
     }

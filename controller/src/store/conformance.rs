@@ -11,6 +11,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
     SystemRecord {
         uid: format!("uid-{name}"),
         generation,
+        index: 0,
         spec: SystemSpec {
             name: name.to_owned(),
             full_id: String::new(),
@@ -36,7 +37,8 @@ fn put(name: &str, generation: u64) -> Write {
 fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
     let store = reopen(None);
     let fresh = store.load().unwrap();
-    assert_eq!((fresh.epoch, fresh.revisions), (1, 0));
+    let numbers = (fresh.epoch, fresh.revisions, fresh.indexes);
+    assert_eq!(numbers, (1, 0, 0));
     assert!(!fresh.cluster_uid.is_empty());
     assert!(fresh.systems.is_empty() && fresh.nodes.is_empty() && fresh.restored.is_none());
 
@@ -52,6 +54,13 @@ fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
         .unwrap();
     store.write(&[Write::Revisions(100)]).unwrap();
     store.write(&[Write::Revisions(50)]).unwrap();
+    let indexed = |index| {
+        let mut record = record("a", 2);
+        record.index = index;
+        [Write::Indexes(index), Write::PutSystem(Box::new(record))]
+    };
+    store.write(&indexed(9)).unwrap();
+    store.write(&indexed(8)).unwrap();
 
     let store = reopen(Some(store));
     let state = store.load().unwrap();
@@ -59,7 +68,8 @@ fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
     assert_eq!(state.revisions, 100, "never lowered");
     assert_eq!(state.nodes["local"], node);
     assert_eq!(state.systems.keys().collect::<Vec<_>>(), ["a", "b"]);
-    assert_eq!(state.systems["a"], record("a", 2));
+    assert_eq!(state.indexes, 9, "never lowered");
+    assert_eq!(state.systems["a"].index, 8);
 
     let remove = Write::RemoveSystem("a".into());
     store
@@ -88,6 +98,7 @@ fn comes_back<S: Store>(from: &S, mut to: impl FnMut(Option<S>) -> S) {
         put("b", 1),
         Write::PutNode("local".into(), node),
         Write::Revisions(100),
+        Write::Indexes(12),
         Write::Restored(Some(restored)),
     ];
     from.write(&writes).unwrap();
@@ -99,6 +110,22 @@ fn comes_back<S: Store>(from: &S, mut to: impl FnMut(Option<S>) -> S) {
     let store = to(None);
     store.write(&read.writes()).unwrap();
     assert_eq!(to(Some(store)).load().unwrap(), held);
+}
+
+#[test]
+fn what_an_older_program_wrote_is_numbered_once() {
+    let mut state = State::default();
+    for (name, index) in [("a", 0), ("b", 7), ("c", 0)] {
+        let mut record = record(name, 3);
+        record.index = index;
+        state.change(Write::PutSystem(Box::new(record)));
+    }
+    let store = MemoryStore::holding(state.clone());
+    store.write(&state.number()).unwrap();
+    assert_eq!(store.load().unwrap(), state);
+    let indexes: Vec<u64> = state.systems.values().map(|r| r.index).collect();
+    assert_eq!((indexes, state.indexes), (vec![8, 7, 9], 9));
+    assert_eq!(state.number(), []);
 }
 
 #[test]

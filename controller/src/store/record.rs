@@ -14,6 +14,10 @@ pub struct SystemRecord {
     pub uid: String,
     /// Raised by each change of the spec or of a module.
     pub generation: u64,
+    /// Number of its last change, over all systems of the store: no other change ever has it, of whatever system. 0 in
+    /// what an older program wrote, until [`State::number`].
+    #[serde(default)]
+    pub index: u64,
     /// What was applied.
     pub spec: SystemSpec,
     /// SHA-256 of each type's module file when it was applied, by type name.
@@ -97,6 +101,9 @@ pub struct State {
     pub epoch: u64,
     /// No revision above this one was ever given out.
     pub revisions: u64,
+    /// No index above this one was ever given to a change of a system.
+    #[serde(default)]
+    pub indexes: u64,
     /// Systems by name.
     pub systems: BTreeMap<String, SystemRecord>,
     /// Node generations by node.
@@ -117,6 +124,8 @@ pub enum Write {
     PutNode(String, NodeGeneration),
     /// Says that revisions up to this one may have been given out. Never lowers it.
     Revisions(u64),
+    /// Says that changes of systems have the indexes up to this one. Never lowers it.
+    Indexes(u64),
     /// Raises the epoch.
     Epoch(u64),
     /// Says whether and how it was restored.
@@ -134,10 +143,28 @@ impl State {
             Write::ClusterUid(self.cluster_uid.clone()),
             Write::Epoch(self.epoch),
             Write::Revisions(self.revisions),
+            Write::Indexes(self.indexes),
             Write::Restored(self.restored.clone()),
         ];
         writes.extend(systems.map(|record| Write::PutSystem(Box::new(record.clone()))));
         writes.extend(nodes.map(|(node, g)| Write::PutNode(node.clone(), g.clone())));
+        writes
+    }
+
+    /// Gives an index to what has none, and to the next change one above all that there are. What is to be written then.
+    pub fn number(&mut self) -> Vec<Write> {
+        let given = self.systems.values().map(|record| record.index);
+        let mut last = given.fold(self.indexes, u64::max);
+        let mut writes = Vec::new();
+        for record in self.systems.values_mut().filter(|r| r.index == 0) {
+            last += 1;
+            record.index = last;
+            writes.push(Write::PutSystem(Box::new(record.clone())));
+        }
+        if last != self.indexes {
+            self.indexes = last;
+            writes.push(Write::Indexes(last));
+        }
         writes
     }
 
@@ -150,6 +177,7 @@ impl State {
             Write::RemoveSystem(name) => drop(self.systems.remove(&name)),
             Write::PutNode(node, generation) => drop(self.nodes.insert(node, generation)),
             Write::Revisions(up_to) => self.revisions = self.revisions.max(up_to),
+            Write::Indexes(up_to) => self.indexes = self.indexes.max(up_to),
             Write::Epoch(epoch) => self.epoch = epoch,
             Write::Restored(restored) => self.restored = restored,
             Write::ClusterUid(uid) => self.cluster_uid = uid,

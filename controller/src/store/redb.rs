@@ -9,9 +9,11 @@ mod rows;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use redb::{Database, Error, ReadableDatabase};
+use redb::{Database, Error, ReadableDatabase, ReadableTable};
 
-use self::rows::{CLUSTER_UID, Change, EPOCH, META, NODES, PROBE, RESTORED, REVISIONS, SYSTEMS};
+use self::rows::{
+    CLUSTER_UID, Change, EPOCH, INDEXES, META, NODES, PROBE, RESTORED, REVISIONS, SYSTEMS,
+};
 use super::{State, Store, StoreError, Write};
 
 /// The store.
@@ -71,17 +73,28 @@ impl RedbStore {
         result
     }
 
-    fn row(&self, write: &Write, state: &mut Option<State>) -> Result<Change, StoreError> {
+    /// The numbers as they are; read at most once for each write.
+    fn meta(&self, read: &mut Option<Numbers>) -> Result<Numbers, StoreError> {
+        let numbers = match *read {
+            Some(numbers) => numbers,
+            None => self.with("read", |database| {
+                numbers(&database.begin_read()?.open_table(META)?)
+            })?,
+        };
+        *read = Some(numbers);
+        Ok(numbers)
+    }
+
+    fn row(&self, write: &Write, meta: &mut Option<Numbers>) -> Result<Change, StoreError> {
         let row = match write {
             Write::PutSystem(record) => Change::put(SYSTEMS, record.name(), record),
             Write::RemoveSystem(name) => Ok(Change::remove(SYSTEMS, name)),
             Write::PutNode(node, generation) => Change::put(NODES, node, generation),
             Write::Revisions(up_to) => {
-                let state = match state {
-                    Some(state) => state,
-                    None => state.insert(self.load()?),
-                };
-                Change::put(META, REVISIONS, &state.revisions.max(*up_to))
+                Change::put(META, REVISIONS, &self.meta(meta)?.revisions.max(*up_to))
+            }
+            Write::Indexes(up_to) => {
+                Change::put(META, INDEXES, &self.meta(meta)?.indexes.max(*up_to))
             }
             Write::Epoch(epoch) => Change::put(META, EPOCH, epoch),
             Write::Restored(Some(restored)) => Change::put(META, RESTORED, restored),
@@ -99,17 +112,23 @@ pub struct Numbers {
     pub epoch: u64,
     /// No revision above this one was ever given out.
     pub revisions: u64,
+    /// No index above this one was ever given out.
+    pub indexes: u64,
+}
+
+fn numbers(meta: &impl ReadableTable<&'static str, &'static [u8]>) -> Result<Numbers, Error> {
+    Ok(Numbers {
+        epoch: rows::get(meta, EPOCH)?.unwrap_or(0),
+        revisions: rows::get(meta, REVISIONS)?.unwrap_or(0),
+        indexes: rows::get(meta, INDEXES)?.unwrap_or(0),
+    })
 }
 
 /// The numbers of the store in a file, whatever its version; none when it cannot be read.
 pub fn numbers_of(path: &Path) -> Option<Numbers> {
     let database = file::reopen(path).ok()?;
     let transaction = database.begin_read().ok()?;
-    let meta = transaction.open_table(META).ok()?;
-    Some(Numbers {
-        epoch: rows::get(&meta, EPOCH).ok()?.unwrap_or(0),
-        revisions: rows::get(&meta, REVISIONS).ok()?.unwrap_or(0),
-    })
+    numbers(&transaction.open_table(META).ok()?).ok()
 }
 
 impl Store for RedbStore {
@@ -135,6 +154,7 @@ impl Store for RedbStore {
                 cluster_uid: rows::get(&meta, CLUSTER_UID)?.unwrap_or_default(),
                 epoch: rows::get(&meta, EPOCH)?.unwrap_or(1),
                 revisions: rows::get(&meta, REVISIONS)?.unwrap_or(0),
+                indexes: rows::get(&meta, INDEXES)?.unwrap_or(0),
                 restored: rows::get(&meta, RESTORED)?,
                 systems: rows::all(&transaction.open_table(SYSTEMS)?)?,
                 nodes: rows::all(&transaction.open_table(NODES)?)?,
@@ -143,8 +163,8 @@ impl Store for RedbStore {
     }
 
     fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
-        let mut state = None;
-        let rows: Result<Vec<_>, _> = writes.iter().map(|w| self.row(w, &mut state)).collect();
+        let mut meta = None;
+        let rows: Result<Vec<_>, _> = writes.iter().map(|w| self.row(w, &mut meta)).collect();
         self.change(&rows?)
     }
 }

@@ -33,6 +33,10 @@ pub struct State {
     pub types: BTreeSet<String>,
     /// Type → what its module says of itself.
     pub described: BTreeMap<String, ModuleDescription>,
+    /// Types whose module file is another by now.
+    pub rebuilt: BTreeSet<String>,
+    /// Times that modules were asked for.
+    pub resolved: u32,
     /// `KIND target` → times it fails yet.
     pub failing: BTreeMap<String, u32>,
     /// Components that a step which is told to fail leaves in Error.
@@ -43,6 +47,8 @@ pub struct State {
     /// A new spec ends what is held.
     pub lets_go: bool,
     pub step_time: Duration,
+    /// `KIND target` → how long that takes.
+    pub slow_steps: BTreeMap<String, Duration>,
     /// Steps that were carried out, as `KIND target`.
     pub done: Vec<String>,
     pub incarnations: u64,
@@ -109,6 +115,12 @@ impl FakeAgent {
         state.described.insert(type_name.into(), description);
     }
 
+    /// The module file of a type is replaced by another.
+    pub fn rebuild(&self, type_name: &str) {
+        let mut state = self.state.lock().unwrap();
+        state.rebuilt.insert(type_name.into());
+    }
+
     pub fn ends_in_error(&self, instance: &str) {
         self.state.lock().unwrap().in_error.insert(instance.into());
     }
@@ -136,6 +148,11 @@ impl FakeAgent {
 
     pub fn slow(&self, time: Duration) {
         self.state.lock().unwrap().step_time = time;
+    }
+
+    pub fn slow_step(&self, step: &str, time: Duration) {
+        let mut state = self.state.lock().unwrap();
+        state.slow_steps.insert(step.into(), time);
     }
 
     pub fn take_done(&self) -> Vec<String> {
@@ -322,12 +339,17 @@ impl AgentApi for Handle {
     ) -> Result<Vec<ModuleResolution>, ClientError> {
         self.0.answer().await;
         self.0.hears("modules").await;
-        let state = self.0.state.lock().unwrap();
+        let mut state = self.0.state.lock().unwrap();
+        state.resolved += 1;
+        let digest = |name: &String| match state.rebuilt.contains(name) {
+            true => format!("new-digest-of-{name}"),
+            false => format!("digest-of-{name}"),
+        };
         let resolve = |name: &String| ModuleResolution {
             type_name: name.clone(),
             module: state.types.contains(name).then(|| ModuleFile {
                 path: format!("/modules/{name}.so"),
-                digest: format!("digest-of-{name}"),
+                digest: digest(name),
                 description: state.described.get(name).cloned(),
             }),
             searched: vec![

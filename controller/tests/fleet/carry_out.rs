@@ -29,7 +29,7 @@ pub fn batch(agent: Arc<FakeAgent>, batch: Batch) -> BatchEvents {
             let outcome = match ready(&agent, &batch, step, &own, &outcomes).await {
                 Ok(()) => {
                     let _ = tell.send(Ok(BatchEvent::Started { step: step.id }));
-                    let time = agent.state.lock().unwrap().step_time;
+                    let time = time_of(&agent, step);
                     tokio::time::sleep(time).await;
                     perform(&agent, step)
                 }
@@ -45,6 +45,12 @@ pub fn batch(agent: Arc<FakeAgent>, batch: Batch) -> BatchEvents {
         let _ = tell.send(Ok(BatchEvent::End));
     });
     Box::pin(UnboundedReceiverStream::new(told))
+}
+
+fn time_of(agent: &FakeAgent, step: &Step) -> std::time::Duration {
+    let state = agent.state.lock().unwrap();
+    let name = format!("{} {}", step.work.kind(), step.target);
+    state.slow_steps.get(&name).map_or(state.step_time, |t| *t)
 }
 
 async fn ready(
@@ -75,6 +81,12 @@ async fn ready(
         if failed {
             return Err(skipped(Some(*need), "a gate failed"));
         }
+    }
+    for before in step.after_end_of.iter().filter(|id| !own.contains(id)) {
+        let of_plan = (batch.plan_id.clone(), *before);
+        let over =
+            |news: &News| news.succeeded.contains(&of_plan) || news.failed.contains(&of_plan);
+        let _ = news.wait_for(over).await.unwrap();
     }
     let newer = |news: &News| news.generation > batch.generation;
     let wait = std::time::Duration::from_millis(step.wait_ms.into());
@@ -170,6 +182,7 @@ fn change(state: &mut State, step: &Step) {
             on_disconnect,
         } => {
             let component = component(state, &manager, &instance);
+            component.by_hand.configured = None;
             if let Some(on_disconnect) = on_disconnect {
                 component.on_disconnect = on_disconnect;
             }
@@ -208,10 +221,13 @@ fn change(state: &mut State, step: &Step) {
             let mut components = state.managers.iter_mut().flat_map(|m| &mut m.components);
             let owner = components.find(|c| c.instance == *source).unwrap();
             owner.connectors.retain(|c| c.name != connection.name);
+            owner.by_hand.disconnected.remove(&connection.name);
             owner.connectors.push(connection);
         }
         Work::Activate { manager, instance } => {
-            component(state, &manager, &instance).state = LifeCycleState::Active;
+            let component = component(state, &manager, &instance);
+            component.state = LifeCycleState::Active;
+            component.by_hand.deactivated = None;
         }
         Work::Deactivate { manager, instance } | Work::Reset { manager, instance } => {
             component(state, &manager, &instance).state = LifeCycleState::Inactive;
@@ -250,7 +266,7 @@ fn component<'a>(
 }
 
 /// Of a component on this node; other nodes' have one that the planner takes for granted.
-fn incarnation_of(state: &State, instance: &str) -> String {
+pub fn incarnation_of(state: &State, instance: &str) -> String {
     let mut components = state.managers.iter().flat_map(|m| &m.components);
     components
         .find(|c| c.instance == instance)

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
 mod agent;
+mod by_hand;
 mod carry_out;
 pub mod served;
 pub mod stores;
@@ -79,6 +80,14 @@ impl Fleet for FakeFleet {
 }
 
 impl FakeFleet {
+    /// An agent that is reached at an endpoint of another name.
+    pub fn also_at(&self, node: &str, endpoint: &str) -> Arc<FakeAgent> {
+        let agent = self.agent(node);
+        let at = endpoint.to_owned();
+        self.0.lock().unwrap().insert(at, Arc::clone(&agent));
+        agent
+    }
+
     pub fn agent(&self, node: &str) -> Arc<FakeAgent> {
         Arc::clone(&self.0.lock().unwrap()[node])
     }
@@ -164,6 +173,13 @@ impl Cluster {
             .into_iter()
             .find(|c| c.metadata.name == instance)
             .unwrap()
+    }
+
+    /// Objects of the events of one reason.
+    pub fn told(&self, reason: &str) -> Vec<String> {
+        let events = self.events().into_iter();
+        let told = events.filter(|event| event.spec.reason == reason);
+        told.map(|event| event.spec.object).collect()
     }
 
     pub fn events(&self) -> Vec<Event> {

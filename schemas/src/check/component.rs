@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use super::Check;
 use crate::names;
 use crate::placement::parse_bool;
-use crate::rts_profile::model::Component;
-use crate::rts_profile::{is_pseudo_set, parse_rate};
+use crate::rts_profile::model::{Component, property_value};
+use crate::rts_profile::{self, TYPE_KEY, is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
 use crate::system::{MAX_RATE, MIN_RATE};
@@ -75,11 +75,18 @@ fn valid_name(check: &mut Check<'_>, name: &Text, owner: &str) {
 }
 
 fn type_name<'a>(check: &mut Check<'a>, component: &'a Component, owner: &str) {
+    if let Some(own) = property_value(&component.properties, TYPE_KEY) {
+        if let Some(fault) = names::name_fault(own.trimmed()) {
+            let message = format!("the type of {owner} cannot be used: {fault}");
+            let help = "names have 1 to 128 bytes, no `/` and no control character";
+            check.error("bad-name", message, own.span, help);
+        }
+        return;
+    }
     let Some(id) = check.required(&component.id, "id", owner, component.span) else {
         return;
     };
-    let instance = component.instance_name.as_ref().map_or("", Text::trimmed);
-    let fault = match names::type_name(&id.value, instance) {
+    let fault = match rts_profile::type_name(component) {
         None => Some("it does not say the type"),
         Some(name) => names::name_fault(&name),
     };

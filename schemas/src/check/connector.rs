@@ -4,8 +4,9 @@ use std::collections::HashSet;
 
 use super::Check;
 use super::component::foreign_prefix;
+use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
-use crate::rts_profile::{data_type_of, direction_of, is_reversed, normal_data_type};
+use crate::rts_profile::{NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type};
 use crate::span::Span;
 use crate::suggest;
 use crate::system::{Direction, PortKind};
@@ -20,6 +21,13 @@ pub(super) fn connectors(check: &mut Check<'_>) {
         } else {
             format!("connector `{name}`")
         };
+        if let Some(own) = property_value(&connector.properties, NAME_KEY)
+            && let Some(fault) = names::connector_name_fault(own.trimmed())
+        {
+            let message = format!("the name of {owner} cannot be used: {fault}");
+            let help = "a connector's name has no `/` and no control character";
+            check.error("bad-name", message, own.span, help);
+        }
         let source = end(
             check,
             connector,

@@ -55,14 +55,6 @@ fn preceding<'a>(check: &mut Check<'a>, preceding: &'a Preceding, owner: &str) {
     }
     if let Some(timeout) = &preceding.timeout {
         whole(check, timeout, &format!("the time-out of {owner}"));
-        if parse_whole(&timeout.value).is_some_and(|milliseconds| milliseconds > 0) {
-            let message = format!(
-                "the time-out `{}` of {owner} is read and kept, but not carried out by this version",
-                timeout.trimmed()
-            );
-            let help = "the wait ends with the others' state, or with the whole operation";
-            check.warning("not-carried-out", message, timeout.span, help);
-        }
     }
     for component in &preceding.components {
         check.instance(component, owner);

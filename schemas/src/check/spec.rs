@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use crate::diagnostic::{Finding, Report};
 use crate::names;
+use crate::placement;
 use crate::suggest;
 use crate::system::{ComponentSpec, Condition, Orders, SystemSpec, WaitFor, rate_problem};
 
@@ -106,6 +107,14 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             report.push(format!("{at}/{what}"), Finding::error("bad-name", message));
         }
     }
+    for (index, port) in component.ports.iter().enumerate() {
+        if let Some(fault) = names::name_fault(&port.name) {
+            let (port, owner) = (&port.name, &component.instance);
+            let message = format!("the port name `{port}` of `{owner}` cannot be used: {fault}");
+            let pointer = format!("{at}/ports/{index}/name");
+            report.push(pointer, Finding::error("bad-name", message));
+        }
+    }
     if let Some(rate) = component.execution_context.rate
         && let Some(problem) = rate_problem(rate)
     {
@@ -126,6 +135,27 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
         let pointer = format!("{at}/placement/manager");
         report.push(pointer, Finding::error("bad-placement-value", message));
     }
+    settings(component, at, report);
+}
+
+/// What a profile or overlay could not say holds for nobody else either.
+fn settings(component: &ComponentSpec, at: &str, report: &mut Pointers) {
+    for (key, value) in placement::settings(component) {
+        let field = match key {
+            "node" => "placement/node",
+            "restartLimit" => "policy/restartLimit",
+            "restartWindow" => "policy/restartWindowMs",
+            "startTimeout" => "policy/startTimeoutMs",
+            "livenessTimeout" => "policy/livenessTimeoutMs",
+            // The others are words of a type, and a manager's name has its own check.
+            _ => continue,
+        };
+        if let Err(error) = placement::set(&mut component.clone(), key, &value) {
+            let message = format!("component `{}`: {error}", component.instance);
+            let finding = Finding::error(error.code(), message).help(error.help());
+            report.push(format!("{at}/{field}"), finding);
+        }
+    }
 }
 
 fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
@@ -137,6 +167,10 @@ fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
             let message = format!("two connectors have the name `{name}`");
             let finding = Finding::error("duplicate-connector", message);
             report.push(format!("{at}/name"), finding.help("give each its own name"));
+        }
+        if let Some(fault) = names::connector_name_fault(name) {
+            let message = format!("the connector name `{name}` cannot be used: {fault}");
+            report.push(format!("{at}/name"), Finding::error("bad-name", message));
         }
         for (key, end) in [("source", &connector.source), ("target", &connector.target)] {
             let owner = format!("connector `{name}`");

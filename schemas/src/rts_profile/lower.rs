@@ -7,15 +7,25 @@ mod order;
 mod places;
 
 use super::ReadProfile;
+use super::model::property_value;
 use crate::diagnostic::{Finding, Report};
 use crate::names;
+use crate::span::Text;
 use crate::system::SystemSpec;
 
-pub(crate) use component::{is_pseudo_set, parse_rate};
-pub(crate) use connector::{data_type_of, direction_of, is_reversed, normal_data_type};
+pub(crate) use component::{is_pseudo_set, parse_rate, type_name};
+pub(crate) use connector::{
+    CHOICES, data_type_of, direction_of, is_reversed, normal_data_type, unused_name,
+};
 pub(crate) use order::{parse_timing, parse_whole};
 pub use places::Places;
 pub(crate) use places::places;
+
+/// The property that names a system or connector otherwise than its id or ends would.
+pub(crate) const NAME_KEY: &str = "rtsctl.name";
+
+/// The property that says the type of a component whose id does not.
+pub(crate) const TYPE_KEY: &str = "rtsctl.type";
 
 /// What the caller knows besides the file.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,6 +73,9 @@ fn name(read: &ReadProfile, options: &LowerOptions<'_>, report: &mut Report) -> 
         );
         return None;
     }
+    if let Some(own) = property_value(&read.profile.properties, NAME_KEY) {
+        return own_name(read, own, report);
+    }
     let id = read.profile.id.as_ref();
     let found = names::system_name(id.map_or("", |id| &id.value), options.file_stem);
     if found.is_none() {
@@ -77,4 +90,19 @@ fn name(read: &ReadProfile, options: &LowerOptions<'_>, report: &mut Report) -> 
         );
     }
     found
+}
+
+/// The name that the profile gives its system beside its id.
+fn own_name(read: &ReadProfile, own: &Text, report: &mut Report) -> Option<String> {
+    let name = own.trimmed();
+    if names::is_dns_label(name) {
+        return Some(name.to_owned());
+    }
+    let message = format!("`{name}` cannot name a system");
+    report.push(
+        Finding::error("bad-system-name", message)
+            .at(read.place(own.span))
+            .help("a name has 1 to 63 of `a-z`, `0-9` and `-`"),
+    );
+    None
 }

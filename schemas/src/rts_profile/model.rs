@@ -30,6 +30,8 @@ pub struct RtsProfile {
     pub connectors: Vec<Connector>,
     /// The orders that the file has.
     pub orders: Vec<Order>,
+    /// `rtsExt:Properties` of the whole system.
+    pub properties: Vec<Property>,
 }
 
 /// `rts:Components`.

@@ -10,8 +10,8 @@ use crate::suggest;
 use crate::system::PortKind;
 use crate::xml::Element;
 
-const RTS: &str = "http://www.openrtp.org/namespaces/rts";
-const RTS_EXT: &str = "http://www.openrtp.org/namespaces/rts_ext";
+pub(super) const RTS: &str = "http://www.openrtp.org/namespaces/rts";
+pub(super) const RTS_EXT: &str = "http://www.openrtp.org/namespaces/rts_ext";
 
 /// Reads the root element. `None` after an error: then this is another kind of document.
 pub(super) fn profile(root: &Element, source: &Source, report: &mut Report) -> Option<RtsProfile> {
@@ -28,6 +28,7 @@ pub(super) fn profile(root: &Element, source: &Source, report: &mut Report) -> O
         comment: attr(root, "comment"),
         creation_date: attr(root, "creationDate"),
         update_date: attr(root, "updateDate"),
+        properties: properties(root),
         ..RtsProfile::default()
     };
     for child in rts_children(root) {

@@ -30,6 +30,7 @@ pub(super) fn profile(root: &Node, source: &Source, report: &mut Report) -> Opti
         update_date: date(body, "updateDate"),
         components: reader.all(body, "components", Reader::component),
         groups: reader.all(body, "groups", Reader::group),
+        properties: reader.properties(body),
         ..RtsProfile::default()
     };
     for node in reader.list(body, "dataPortConnectors") {

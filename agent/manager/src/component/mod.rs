@@ -1,5 +1,6 @@
 //! A component: what everyone may see of it, and the channel to the thread that runs it.
 
+mod by_hand;
 mod configuration;
 mod host;
 mod instance;
@@ -16,7 +17,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{
-    self, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
+    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
 };
 use rts_schemas::system::OnDisconnect;
 
@@ -89,6 +90,7 @@ struct Status {
     configuration: Configuration,
     rate: f64,
     on_disconnect: OnDisconnect,
+    by_hand: ByHandInfo,
     /// Set before its ends are taken away, so that none is added afterwards.
     leaving: bool,
 }
@@ -123,7 +125,10 @@ pub enum Action {
     /// Activate.
     Activate,
     /// Deactivate.
-    Deactivate,
+    Deactivate {
+        /// The mark of the person who does it.
+        by_hand: Option<String>,
+    },
     /// Error → Inactive.
     Reset,
     /// Finalise and delete.
@@ -138,6 +143,8 @@ pub enum Action {
         rate: Option<f64>,
         /// New policy.
         on_disconnect: Option<OnDisconnect>,
+        /// The mark of the person who does it.
+        by_hand: Option<String>,
     },
 }
 
@@ -309,7 +316,7 @@ impl Component {
             ports: self.module.port_infos(),
             connectors: Vec::new(),
             bindings: Vec::new(),
-            by_hand: None,
+            by_hand: Some(status.by_hand.clone()),
         }
     }
 

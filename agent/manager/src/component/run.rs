@@ -157,15 +157,24 @@ impl<'a> Context<'a> {
             return None;
         }
         let result = match command.action {
-            Action::Activate => self.transition(Transition::Activate),
-            Action::Deactivate => self.transition(Transition::Deactivate),
+            Action::Activate => self.activate(),
+            Action::Deactivate { by_hand } => self.deactivate(by_hand),
             Action::Reset => self.transition(Transition::Reset),
             Action::Configure {
                 sets,
                 active,
                 rate,
                 on_disconnect,
-            } => self.configure(&sets, active.as_deref(), rate, on_disconnect),
+                by_hand,
+            } => {
+                // What sets nothing that a person may have set leaves the mark.
+                let sets_values = !sets.is_empty() || active.is_some();
+                let done = self.configure(&sets, active.as_deref(), rate, on_disconnect);
+                if done.is_ok() && (sets_values || by_hand.is_some()) {
+                    self.component.configured_by(by_hand);
+                }
+                done
+            }
             Action::Delete => return Some(command.reply),
         };
         if command.reply.send(result).is_err() {

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Instant;
 
 use jiff::Timestamp;
-use rts_manager_api::control::{CreateRequest, Failure};
+use rts_manager_api::control::{ByHandInfo, CreateRequest, Failure};
 use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::rate_problem;
 
@@ -56,6 +56,7 @@ pub fn spawn(
             configuration,
             rate,
             on_disconnect: on_disconnect.unwrap_or_default(),
+            by_hand: ByHandInfo::default(),
             leaving: false,
         }),
         busy: Mutex::default(),

@@ -57,6 +57,20 @@ impl Context<'_> {
         }
     }
 
+    pub fn activate(&mut self) -> Result<(), Failure> {
+        let done = self.transition(Transition::Activate);
+        self.component.activated();
+        done
+    }
+
+    pub fn deactivate(&mut self, by_hand: Option<String>) -> Result<(), Failure> {
+        let done = self.transition(Transition::Deactivate);
+        if let Some(mark) = by_hand {
+            self.component.deactivated_by(mark);
+        }
+        done
+    }
+
     /// What was sent while it was not Active is not done when it is: old set points would move a robot late.
     fn forget_samples(&self) {
         self.component.in_ports().for_each(|port| port.clear());

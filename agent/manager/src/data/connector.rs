@@ -14,8 +14,9 @@ use crate::sync::lock;
 /// A connector. Its counters begin with its connection.
 #[derive(Debug)]
 pub struct Connector {
-    /// As given.
+    /// As given, without the mark of the person who made it.
     pub request: ConnectRequest,
+    by_hand: Mutex<Option<String>>,
     /// The one whose place it takes had lost its other end.
     pub replaces_lost: bool,
     link: Mutex<Link>,
@@ -55,9 +56,10 @@ impl Link {
 }
 
 impl Connector {
-    /// One that is being connected.
-    pub fn new(request: ConnectRequest, replaces_lost: bool) -> Self {
+    /// One that is being connected, with the mark of the person who makes it.
+    pub fn new(request: ConnectRequest, by_hand: Option<String>, replaces_lost: bool) -> Self {
         Self {
+            by_hand: Mutex::new(by_hand),
             request,
             replaces_lost,
             link: Mutex::new(Link::Connecting),
@@ -107,6 +109,16 @@ impl Connector {
         }
     }
 
+    /// Who it belongs to now: a person, by this mark, or a plan.
+    pub fn mark(&self, by_hand: Option<String>) {
+        *lock(&self.by_hand) = by_hand;
+    }
+
+    /// Forgets the mark of the person who made it, if it is still this one.
+    pub fn forget_mark(&self, mark: &str) {
+        lock(&self.by_hand).take_if(|known| known == mark);
+    }
+
     /// `Connected`, `Connecting` or `Disconnected`.
     pub fn state(&self) -> &'static str {
         match &*lock(&self.link) {
@@ -140,7 +152,7 @@ impl Connector {
             target_port: self.request.target_port.clone(),
             target_incarnation: self.request.target_incarnation.clone(),
             properties: self.request.properties.clone(),
-            by_hand: self.request.by_hand.clone(),
+            by_hand: lock(&self.by_hand).clone(),
             state: self.state().to_owned(),
             transport: transport.to_owned(),
             samples_sent: self.sent.load(Ordering::Acquire),

@@ -44,13 +44,20 @@ pub fn unbind(manager: &Manager, connector: &str) -> ResponseBody {
 }
 
 /// Removes an out-port end.
-pub fn disconnect(manager: &Manager, instance: &str, connector: &str) -> ResponseBody {
+pub fn disconnect(
+    manager: &Manager,
+    instance: &str,
+    connector: &str,
+    by_hand: Option<String>,
+) -> Result<ResponseBody, Failure> {
     if let Ok(component) = manager.component(instance) {
+        let _wiring = lock(&component.wiring);
+        component.disconnected_by(connector, by_hand)?;
         for connector in component.take_connectors(|c| c.request.connector == connector) {
             connector.close(Parting::GoodBye);
         }
     }
-    ResponseBody::Done
+    Ok(ResponseBody::Done)
 }
 
 /// Connects an out-port. The same connector to the same target is left alone, another one is replaced.
@@ -65,7 +72,7 @@ pub fn connect(
     };
     let connected = establish(manager, &component, &connector, deadline);
     match (&connected, connector.replaces_lost) {
-        (Ok(()), _) => {}
+        (Ok(()), _) => made(&component, &connector),
         // What was lost is still lost.
         (Err(_), true) => {
             connector.close(Parting::Loss);
@@ -78,14 +85,29 @@ pub fn connect(
     connected.map(|()| ResponseBody::Done)
 }
 
-/// Adds a connector in the place of a former one of its name; none when that is the same and connected.
-fn add(component: &Component, request: ConnectRequest) -> Result<Option<Arc<Connector>>, Failure> {
+/// Notes that a connector was made, unless it was removed meanwhile.
+fn made(component: &Component, connector: &Arc<Connector>) {
+    let _wiring = lock(&component.wiring);
+    let name = &connector.request.connector;
+    let now = component.connector(name);
+    if now.is_some_and(|now| Arc::ptr_eq(&now, connector)) {
+        component.connected(name);
+    }
+}
+
+/// Adds a connector in the place of a former one of its name; none when that is the same and connected, which then
+/// belongs to who asks now.
+fn add(
+    component: &Component,
+    mut request: ConnectRequest,
+) -> Result<Option<Arc<Connector>>, Failure> {
     let _wiring = lock(&component.wiring);
     let port = component.out_port(&request.port)?;
-    if component
-        .connector(&request.connector)
-        .is_some_and(|former| former.request == request && former.state() == "Connected")
-    {
+    let by_hand = request.by_hand.take();
+    let former = component.connector(&request.connector);
+    if let Some(former) = former.filter(|f| f.request == request && f.state() == "Connected") {
+        former.mark(by_hand);
+        component.connected(&request.connector);
         return Ok(None);
     }
     let mut lost = false;
@@ -93,7 +115,7 @@ fn add(component: &Component, request: ConnectRequest) -> Result<Option<Arc<Conn
         lost |= former.is_lost();
         former.close(Parting::GoodBye);
     }
-    let connector = Arc::new(Connector::new(request, lost));
+    let connector = Arc::new(Connector::new(request, by_hand, lost));
     port.add(&connector, || component.check_stays())?;
     Ok(Some(connector))
 }

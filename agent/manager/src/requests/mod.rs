@@ -38,7 +38,7 @@ pub fn handle(
             active,
             rate,
             on_disconnect,
-            by_hand: _,
+            by_hand,
         } => {
             let on_disconnect = on_disconnect.as_deref().map(policy).transpose()?;
             let action = Action::Configure {
@@ -46,6 +46,7 @@ pub fn handle(
                 active,
                 rate,
                 on_disconnect,
+                by_hand,
             };
             act(&instance, action)
         }
@@ -55,10 +56,12 @@ pub fn handle(
         RequestBody::Disconnect {
             instance,
             connector,
-            by_hand: _,
-        } => Ok(connect::disconnect(manager, &instance, &connector)),
+            by_hand,
+        } => connect::disconnect(manager, &instance, &connector, by_hand),
         RequestBody::Activate { instance } => act(&instance, Action::Activate),
-        RequestBody::Deactivate { instance, .. } => act(&instance, Action::Deactivate),
+        RequestBody::Deactivate { instance, by_hand } => {
+            act(&instance, Action::Deactivate { by_hand })
+        }
         RequestBody::Reset { instance } => act(&instance, Action::Reset),
         RequestBody::Delete { instance } => match manager.component(&instance) {
             Ok(component) => {
@@ -67,6 +70,16 @@ pub fn handle(
             }
             Err(_) => Ok(ResponseBody::Done),
         },
+        RequestBody::Forget {
+            instance,
+            by_hand,
+            connectors,
+        } => {
+            if let Ok(component) = manager.component(&instance) {
+                component.forget_marks(&by_hand, &connectors);
+            }
+            Ok(ResponseBody::Done)
+        }
         RequestBody::Inventory => Ok(inventory::inventory(manager)),
         RequestBody::Shutdown => {
             shutdown::shutdown(manager, deadline);

@@ -7,7 +7,7 @@ use rts_controller_api::objects::{Component, Kind, Node, System};
 use serde::de::DeserializeOwned;
 
 use super::Args;
-use crate::commands::get::there_are;
+use crate::commands::get::{absent, there_are};
 use crate::error::CliError;
 
 /// A component on a node.
@@ -94,7 +94,7 @@ fn place(name: &str, components: &[Component], nodes: &[Node]) -> Result<String,
 /// The error for a component that nobody knows, with those that are there.
 fn not_there(name: &str, components: &[Component]) -> CliError {
     let known: Vec<_> = components.iter().map(|c| &c.metadata.name).collect();
-    CliError::usage_help(format!("component/{name} is not there"), there_are(&known))
+    absent(Kind::Component, name, &known)
 }
 
 /// The same, asked for when its agent does not know it either.

@@ -5,6 +5,7 @@ use rts_schemas::system::{OnHang, RestartPolicy};
 
 use super::page::Page;
 use super::{Scene, manager, node, policy, system_or_drift};
+use crate::show::conf;
 use crate::show::progress::shortened;
 use crate::show::table::Table;
 
@@ -49,7 +50,9 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     let help = node::help(&status.node, scene);
     let help = help.or_else(|| hang_help(component, scene));
     page.line("Help", help.unwrap_or_default());
-    page.table("Configuration", &configuration(component));
+    let target = format!("component/{name}");
+    page.drift(&target, &spec.system, &status.drift_fields, scene);
+    page.table("Configuration", &conf::table(component, None));
     let ends = scene.connectors.iter().filter(|c| {
         let of = |end: &str| {
             end.strip_prefix(name.as_str())
@@ -69,7 +72,6 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
         ]);
     }
     page.table("Connectors", &connectors);
-    let target = format!("component/{name}");
     let module = format!("module/{}@{}", spec.type_name, manager::name_of(component));
     page.events(scene, |event| {
         let about = [&target, &manager, &module];
@@ -125,38 +127,4 @@ pub(super) fn hang_help(component: &Component, scene: &Scene) -> Option<String> 
     Some(format!(
         "`kill -9 {pid}` ends its process{others}, {then}; rtsctl.onHang: restart has that done by itself"
     ))
-}
-
-/// Each parameter as it is, and as it is wanted where that differs.
-fn configuration(component: &Component) -> Table {
-    let (is, wanted) = (
-        &component.status.configuration,
-        &component.spec.configuration,
-    );
-    let mut table = Table::new(&["SET", "PARAMETER", "VALUE", "WANTED"]);
-    let sets: std::collections::BTreeSet<_> = is.sets.keys().chain(wanted.sets.keys()).collect();
-    for set in sets {
-        let (has, wants) = (is.sets.get(set), wanted.sets.get(set));
-        let keys = has
-            .into_iter()
-            .chain(wants)
-            .flat_map(|values| values.keys());
-        let keys: std::collections::BTreeSet<_> = keys.collect();
-        let active = if is.active.as_ref() == Some(set) {
-            "*"
-        } else {
-            ""
-        };
-        for key in keys {
-            let value = has.and_then(|values| values.get(key));
-            let want = wants.and_then(|values| values.get(key));
-            table.row([
-                format!("{set}{active}"),
-                key.clone(),
-                value.cloned().unwrap_or_default(),
-                want.filter(|_| want != value).cloned().unwrap_or_default(),
-            ]);
-        }
-    }
-    table
 }

@@ -59,6 +59,19 @@ impl Page {
         }
     }
 
+    /// What a person changed by hand in an object of a system, and what becomes of it.
+    pub fn drift(&mut self, target: &str, system: &str, fields: &[String], scene: &Scene) {
+        if fields.is_empty() {
+            return;
+        }
+        let own = scene.systems.iter().filter(|s| s.metadata.name == system);
+        let mut told = own
+            .flat_map(|s| &s.status.drift)
+            .filter_map(|told| told.strip_prefix(target)?.strip_prefix(' '));
+        let fields = || fields.join(", ");
+        self.line("Drift", told.next().map_or_else(fields, str::to_owned));
+    }
+
     pub fn events(&mut self, scene: &Scene, about: impl Fn(&Event) -> bool) {
         let events: Vec<_> = scene.events.iter().filter(|event| about(event)).collect();
         let mut table = Table::new(&["AGE", "TYPE", "REASON", "OBJECT", "MESSAGE"]);

@@ -5,8 +5,8 @@ use std::time::Duration;
 use jiff::Timestamp;
 use rts_controller_api::objects::{Component, Event};
 use rts_schemas::system::{
-    LIVENESS_TIMEOUT_MS, OnDisconnect, OnHang, Policy, RESTART_WINDOW_MS, RestartPolicy,
-    START_TIMEOUT_MS,
+    DriftPolicy, LIVENESS_TIMEOUT_MS, OnDisconnect, OnHang, Policy, RESTART_WINDOW_MS,
+    RestartPolicy, START_TIMEOUT_MS,
 };
 
 use super::Scene;
@@ -72,6 +72,17 @@ pub(super) fn others(policy: &Policy) -> Vec<(&'static str, String)> {
     if let Some(start) = policy.start_timeout_ms.filter(|ms| *ms != START_TIMEOUT_MS) {
         lines.push(("Start", format!("may take {}", time(start))));
     }
+    match policy.drift {
+        DriftPolicy::Repair => {}
+        DriftPolicy::Ignore => lines.push((
+            "By hand",
+            "ignore: what is changed by hand is told and left".to_owned(),
+        )),
+        DriftPolicy::Adopt => lines.push((
+            "By hand",
+            "adopt: what is changed by hand becomes part of the system".to_owned(),
+        )),
+    }
     lines
 }
 
@@ -135,6 +146,7 @@ mod tests {
         policy.on_hang = OnHang::Restart;
         policy.reset_on_error = true;
         policy.start_timeout_ms = Some(60_000);
+        policy.drift = DriftPolicy::Adopt;
         let lines: Vec<_> = others(&policy)
             .into_iter()
             .map(|(key, text)| format!("{key}: {text}"))
@@ -144,6 +156,7 @@ mod tests {
         On hang: restart: its manager is replaced when a callback takes longer than 5s
         On error: reset
         Start: may take 60s
+        By hand: adopt: what is changed by hand becomes part of the system
         ");
     }
 

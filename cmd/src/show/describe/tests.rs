@@ -192,3 +192,34 @@ fn a_reason_of_many_is_told_once() {
         "{page}"
     );
 }
+
+#[test]
+fn what_was_changed_by_hand_is_told_with_what_becomes_of_it() {
+    let mut scene = scene();
+    let (sine, wire) = ("component/Sine0", "connector/Sine0.out-Filter0.in");
+    let set = "configuration.default.gain: 1.0 -> 5";
+    scene.systems[0].status.drift = vec![
+        format!("{sine} was changed by hand ({set}): is left so (rtsctl.drift: ignore)"),
+        "C9 (ConsoleOut) was made by hand in manager hello.main on node local".to_owned(),
+    ];
+    scene.components[0].status.drift = true;
+    scene.components[0].status.drift_fields = vec![set.to_owned()];
+    scene.connectors[0].status.drift = true;
+    scene.connectors[0].status.drift_fields = vec!["was disconnected by hand".to_owned()];
+    let mut text = String::new();
+    for (kind, name) in [
+        (Kind::System, "hello"),
+        (Kind::Component, "Sine0"),
+        (Kind::Connector, wire.trim_start_matches("connector/")),
+    ] {
+        let page = page(kind, name, &scene);
+        let drift = page.lines().filter(|l| l.starts_with("Drift"));
+        drift.for_each(|line| text.push_str(&format!("{kind:?}  {line}\n")));
+    }
+    insta::assert_snapshot!(text, @r"
+    System  Drift:     component/Sine0 was changed by hand (configuration.default.gain: 1.0 -> 5): is left so (rtsctl.drift: ignore)
+    System  Drift:     C9 (ConsoleOut) was made by hand in manager hello.main on node local
+    Component  Drift:       was changed by hand (configuration.default.gain: 1.0 -> 5): is left so (rtsctl.drift: ignore)
+    Connector  Drift:      was disconnected by hand
+    ");
+}

@@ -3,6 +3,7 @@
 mod floors;
 mod heal;
 mod launch;
+mod plan;
 mod stack;
 mod stats;
 
@@ -51,6 +52,8 @@ enum Bench {
     Launch(launch::Args),
     /// Time from the death of a process until its component is Active and connected again.
     Heal(heal::Args),
+    /// Time and memory of one plan, from 100 to 100,000 components.
+    Plan(plan::Args),
 }
 
 /// Runs one benchmark.
@@ -58,5 +61,6 @@ pub fn run(args: &Args) -> Result<()> {
     match &args.bench {
         Bench::Launch(args) => launch::run(args),
         Bench::Heal(args) => heal::run(args),
+        Bench::Plan(args) => plan::run(args),
     }
 }

@@ -1,32 +1,37 @@
 //! Reset and Activate.
 
 use super::Bringer;
+use crate::drift;
 use crate::graph::{Gate, NewStep};
 use crate::index::{Id, Live};
 use crate::observed::LifeCycleState;
-use crate::order::{Order, Standing};
+use crate::order::Standing;
 use crate::plan::Work;
 use crate::target;
 
 impl<'a> Bringer<'_, '_, 'a> {
-    pub(super) fn reset(&mut self, id: Id<'a>) {
-        let want = &self.facts.wants[&id];
-        let live = &self.facts.lives[self.decisions.present[&id]];
-        let error = live.component.state == LifeCycleState::Error;
-        if !error || self.up.waits.contains_key(&id) {
-            return;
+    pub(super) fn reset(&mut self, id: Id<'a>, gate: Gate) -> Standing {
+        let live = self.decisions.present.get(&id);
+        let live = live.map(|live| &self.facts.lives[*live]);
+        let error = |live: &&Live<'a>| live.component.state == LifeCycleState::Error;
+        let Some(live) = live.filter(error) else {
+            return Standing::Done;
+        };
+        if self.up.waits.contains_key(&id) {
+            return Standing::Waits;
         }
+        let want = &self.facts.wants[&id];
+        let target = target::component(id.instance);
         let message = live.component.message.as_deref();
         let message = message.unwrap_or("no reason was given");
-        if !want.placed.spec.policy.reset_on_error {
-            let wait = format!("in Error: {message} (rtsctl.resetOnError is off)");
-            self.up.waits.insert(id, wait);
-            return;
-        }
-        let target = target::component(id.instance);
-        if let Some(why) = self.blocked.get(&target::on(want.node, &target)) {
-            self.up.waits.insert(id, why.clone());
-            return;
+        let blocked = self.blocked.get(&target::on(want.node, &target));
+        let problem = match want.placed.spec.policy.reset_on_error {
+            true => blocked.or(gate.waits.as_ref()).cloned(),
+            false => Some(format!("in Error: {message} (rtsctl.resetOnError is off)")),
+        };
+        if let Some(problem) = problem {
+            self.up.waits.insert(id, problem);
+            return Standing::Waits;
         }
         let reset = self.steps.add(NewStep {
             node: want.node,
@@ -38,22 +43,13 @@ impl<'a> Bringer<'_, '_, 'a> {
             },
             reason: format!("is in Error: {message}"),
         });
+        self.steps.gate(reset, gate);
         self.steps.need(reset, self.configures.get(&id).copied());
         self.up.resets.insert(id, reset);
+        Standing::Steps(vec![reset])
     }
 
-    pub(super) fn activate(&mut self) {
-        for (uid, members) in self.facts.members() {
-            let Some(system) = self.facts.orders.get(uid) else {
-                continue;
-            };
-            let lists: [&[_]; 1] = [&system.orders.activation];
-            Order::new("Activation", &lists, members)
-                .walk(|instance, gate| self.activate_one(Id { uid, instance }, gate));
-        }
-    }
-
-    fn activate_one(&mut self, id: Id<'a>, gate: Gate) -> Standing {
+    pub(super) fn activate(&mut self, id: Id<'a>, gate: Gate) -> Standing {
         let live = self.decisions.present.get(&id);
         let live = live.map(|live| &self.facts.lives[*live]);
         let idle = self.links.idle.get(&id);
@@ -67,6 +63,9 @@ impl<'a> Bringer<'_, '_, 'a> {
         }
         let target = target::component(id.instance);
         let want = &self.facts.wants[&id];
+        if live.is_some_and(|live| drift::left_inactive(want.placed, live.component)) {
+            return Standing::WaitsAs("was deactivated by hand");
+        }
         let blocked = target::on(want.node, &target);
         let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&blocked));
         let problem = problem.or(idle.map(|idle| &idle.reason));
@@ -77,6 +76,9 @@ impl<'a> Bringer<'_, '_, 'a> {
         let reason = match live {
             None => "is to be Active",
             Some(live) if live.component.state == LifeCycleState::Error => "was reset",
+            Some(live) if drift::deactivated(want.placed, live.component) => {
+                "was deactivated by hand"
+            }
             Some(_) => "is not Active",
         };
         let step = self.steps.add(NewStep {
@@ -99,17 +101,5 @@ impl<'a> Bringer<'_, '_, 'a> {
         self.steps.need(step, reset.copied());
         self.up.activates.insert(id, step);
         Standing::Steps(vec![step])
-    }
-
-    /// Where the profile is silent, what a source feeds is asked to start before the source, so that no sample is lost.
-    pub(super) fn prefer_down_stream_first(&mut self) {
-        for ((uid, _), (_, connector)) in &self.facts.links {
-            let step = |instance| self.up.activates.get(&Id { uid, instance }).copied();
-            let source = step(connector.spec.source.instance.as_str());
-            let target = step(connector.spec.target.instance.as_str());
-            if let (Some(source), Some(target)) = (source, target) {
-                self.steps.prefer(source, target);
-            }
-        }
     }
 }

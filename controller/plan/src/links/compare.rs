@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use rts_schemas::system::ConnectorSpec;
+
+use super::by_hand::target_stays;
 use super::{End, Flow, Linker};
-use crate::decide::Fate;
 use crate::observed::{ConnectorObserved, ConnectorState};
 use crate::plan::FieldChange;
 
@@ -14,7 +16,7 @@ pub(super) enum Match {
     Differs(String, Vec<FieldChange>),
 }
 
-impl Linker<'_, '_> {
+impl<'a> Linker<'_, 'a> {
     pub(super) fn flow(&self) -> Flow {
         if self.unseen(0) {
             return Flow::Unknown;
@@ -30,12 +32,8 @@ impl Linker<'_, '_> {
         }
     }
 
-    fn target_stays(&self, connector: &ConnectorObserved) -> bool {
-        let target = connector.target_incarnation.as_str();
-        match self.facts.by_incarnation.get(target) {
-            Some(live) => self.decisions.fates[*live] == Fate::Keep,
-            None => self.unseen(1) || !self.facts.wants.contains_key(&self.id(1)),
-        }
+    fn target_stays(&self, connector: &'a ConnectorObserved) -> bool {
+        target_stays(self.facts, self.decisions, self.key.0, connector)
     }
 
     pub(super) fn compare(&self, observed: &ConnectorObserved, target: &End) -> Match {
@@ -59,30 +57,34 @@ impl Linker<'_, '_> {
         }
     }
 
-    fn fields(&self, observed: &ConnectorObserved) -> Vec<FieldChange> {
-        let spec = &self.connector.spec;
-        let mut fields = Vec::new();
-        let mut field = |field: String, old: Option<String>, new: Option<String>| {
-            if old != new {
-                fields.push(FieldChange { field, old, new });
-            }
-        };
-        let ends = [
-            ("source", &observed.source, &spec.source),
-            ("target", &observed.target, &spec.target),
-        ];
-        for (name, old, new) in ends {
-            field(
-                name.to_owned(),
-                Some(old.to_string()),
-                Some(new.to_string()),
-            );
-        }
-        let (old, new) = (&observed.properties, &spec.properties);
-        for key in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
-            let name = format!("properties.{key}");
-            field(name, old.get(key).cloned(), new.get(key).cloned());
-        }
-        fields
+    pub(super) fn fields(&self, observed: &ConnectorObserved) -> Vec<FieldChange> {
+        fields(observed, &self.connector.spec)
     }
+}
+
+/// What differs between a connector that is there and what it should be.
+pub(crate) fn fields(observed: &ConnectorObserved, spec: &ConnectorSpec) -> Vec<FieldChange> {
+    let mut fields = Vec::new();
+    let mut field = |field: String, old: Option<String>, new: Option<String>| {
+        if old != new {
+            fields.push(FieldChange { field, old, new });
+        }
+    };
+    let ends = [
+        ("source", &observed.source, &spec.source),
+        ("target", &observed.target, &spec.target),
+    ];
+    for (name, old, new) in ends {
+        field(
+            name.to_owned(),
+            Some(old.to_string()),
+            Some(new.to_string()),
+        );
+    }
+    let (old, new) = (&observed.properties, &spec.properties);
+    for key in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
+        let name = format!("properties.{key}");
+        field(name, old.get(key).cloned(), new.get(key).cloned());
+    }
+    fields
 }

@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_schemas::system::Condition;
-
 use super::Taker;
-use crate::graph::Ix;
-use crate::index::SystemOrders;
-use crate::order::{Order, Standing};
+use crate::graph::{Ix, Preference};
+use crate::index::{SystemOrders, ends};
+use crate::order::{List, Order, Standing, deleting, members};
+use crate::plan::OrderName;
 
 type BySystem<'a> = BTreeMap<&'a str, Vec<Ix>>;
 
@@ -17,10 +16,11 @@ impl<'a> Taker<'_, '_, 'a> {
         let deletes = self.by_system(&self.deletes);
         for (uid, SystemOrders { orders }) in &self.facts.orders {
             if let Some(steps) = deactivates.get(uid) {
-                self.order("Deactivation", &[&orders.deactivation], steps);
+                let list = (OrderName::Deactivation, orders.deactivation.as_slice());
+                self.order(uid, &[list], steps);
             }
             if let Some(steps) = deletes.get(uid) {
-                self.order("ShutDown", &[&orders.shut_down, &orders.finalizing], steps);
+                self.order(uid, &deleting(orders), steps);
             }
         }
     }
@@ -38,11 +38,12 @@ impl<'a> Taker<'_, '_, 'a> {
     }
 
     /// Orders steps. A cycle must not keep anything alive: what closes it is left out.
-    fn order(&mut self, name: &'a str, lists: &[&'a [Condition]], of: &BySystem<'a>) {
-        if lists.iter().all(|list| list.is_empty()) {
+    fn order(&mut self, uid: &'a str, lists: &[List<'a>], of: &BySystem<'a>) {
+        if lists.iter().all(|(_, list)| list.is_empty()) {
             return;
         }
-        Order::new(name, lists, of.keys().copied()).walk(|instance, gate| {
+        let members = members(self.facts, uid, of.keys().copied());
+        Order::new(lists, members).walk(|instance, gate| {
             for step in &of[instance] {
                 self.steps.gate(*step, gate.clone());
             }
@@ -50,20 +51,41 @@ impl<'a> Taker<'_, '_, 'a> {
         });
     }
 
-    /// Where the profile is silent, a source is asked to stop before what it feeds.
-    pub(super) fn prefer_up_stream_first(&mut self) {
+    /// Where the profile is silent, a source is asked to stop before what it feeds, and who calls a service before who
+    /// provides it.
+    pub(super) fn prefer(&mut self) {
         for (&source, &first) in &self.deactivates {
             let live = &self.facts.lives[source];
-            let targets: BTreeSet<&str> = live
-                .component
-                .connectors
-                .iter()
-                .map(|c| c.target_incarnation.as_str())
-                .collect();
+            let connectors = live.component.connectors.iter();
+            let targets: BTreeSet<&str> =
+                connectors.map(|c| c.target_incarnation.as_str()).collect();
             for target in targets {
                 let target = self.facts.by_incarnation.get(target);
                 if let Some(&then) = target.and_then(|live| self.deactivates.get(live)) {
-                    self.steps.prefer(then, first);
+                    self.steps.prefer(then, first, Preference::DataFlow);
+                }
+            }
+        }
+        if !self.deactivates.is_empty() {
+            self.prefer_as_desired();
+        }
+    }
+
+    /// A connector that is wanted counts too, whether or not it is there: services are not observed, and another may be
+    /// broken for a moment.
+    fn prefer_as_desired(&mut self) {
+        for ((uid, _), (_, connector)) in &self.facts.links {
+            let Some((last, why)) = Preference::of(&connector.spec) else {
+                continue;
+            };
+            let of = |id| {
+                let lives = self.facts.instances(id).iter();
+                lives.filter_map(|live| self.deactivates.get(live).copied())
+            };
+            let ends = ends(uid, connector);
+            for then in of(ends[last]) {
+                for first in of(ends[1 - last]) {
+                    self.steps.prefer(then, first, why);
                 }
             }
         }

@@ -1,19 +1,26 @@
 //! A world with a random history, in which plans are made and carried out.
 
+// Each test program uses a part of it.
+#![allow(dead_code)]
+
+pub mod shape;
 pub mod trouble;
+
+use std::collections::BTreeSet;
 
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, Observed};
-use rts_plan::plan::{Blocked, Plan};
-use rts_plan::target::on;
+use rts_plan::plan::{Blocked, Drift, Plan, StepId};
+use rts_plan::target::{component, connector, on};
 use rts_plan::{StoredSystem, check_orders, plan};
-use rts_schemas::system::{ComponentSpec, ExecutionKind};
+use rts_schemas::system::{ComponentSpec, DriftPolicy, ExecutionKind};
 
 use crate::world::World;
+use crate::world::by_hand::Hand;
 use crate::world::execute::{Chance, Run};
-use crate::world::specs::{NODES, on_disconnect, set, system};
+use crate::world::specs::{NODES, drift_policy, on_disconnect, set, system};
 
 /// Something that happens to the world.
 #[derive(Debug, Clone)]
@@ -37,6 +44,8 @@ pub enum Event {
     SilentManager(usize),
     Expire(usize),
     Hold(usize),
+    /// A person does something.
+    Hand(Hand),
     Calm,
 }
 
@@ -70,6 +79,7 @@ fn tweak(world: &mut World, nth: usize, what: u8) {
             }
         }
         6..=8 => component.policy.on_disconnect = on_disconnect(what - 6),
+        9..=11 => component.policy.drift = drift_policy(what - 8),
         _ => drop(spec.connectors.pop()),
     }
 }
@@ -80,7 +90,7 @@ fn event() -> impl Strategy<Value = Event> {
         Just(ConnectorState::Connecting)
     ];
     prop_oneof![
-        4 => (0..9usize, 0..10u8).prop_map(|(nth, what)| Event::Tweak(nth, what)),
+        4 => (0..9usize, 0..13u8).prop_map(|(nth, what)| Event::Tweak(nth, what)),
         3 => system("a", "C", 8).prop_map(apply),
         1 => system("b", "D", 3).prop_map(apply),
         1 => prop_oneof![Just("a"), Just("b")].prop_map(Event::Delete),
@@ -95,7 +105,43 @@ fn event() -> impl Strategy<Value = Event> {
         1 => (0..9usize).prop_map(Event::SilentManager),
         1 => (0..9usize).prop_map(Event::Expire),
         1 => (0..9usize).prop_map(Event::Hold),
+        4 => hand().prop_map(Event::Hand),
         1 => Just(Event::Calm),
+    ]
+}
+
+/// Events without those that `drop` names.
+pub fn without(events: &[Event], drop: impl Fn(&Event) -> bool) -> Vec<Event> {
+    events
+        .iter()
+        .filter(|event| !drop(event))
+        .cloned()
+        .collect()
+}
+
+/// The same, with every component as `change` makes it, and no change of policies on the way.
+pub fn with_components(events: &[Event], change: impl Fn(&mut ComponentSpec)) -> Vec<Event> {
+    let mut events = without(events, |event| matches!(event, Event::Tweak(_, 6..=11)));
+    for event in &mut events {
+        if let Event::Apply(system) = event {
+            system.spec.components.iter_mut().for_each(&change);
+        }
+    }
+    events
+}
+
+/// What a person does to what is there.
+pub fn hand() -> impl Strategy<Value = Hand> {
+    let value = || prop_oneof![Just("3"), Just("1.0")];
+    let how = || prop_oneof![Just("flush"), Just("new"), Just("nonblock")];
+    prop_oneof![
+        2 => (0..9usize, value()).prop_map(|(nth, value)| Hand::Set(nth, value)),
+        1 => (0..9usize).prop_map(Hand::Switch),
+        2 => (0..9usize).prop_map(Hand::Deactivate),
+        1 => (0..9usize).prop_map(Hand::Activate),
+        2 => (0..9usize, 0..9usize, how()).prop_map(|(nth, to, how)| Hand::Connect(nth, to, how)),
+        2 => (0..9usize, 0..4usize).prop_map(|(nth, at)| Hand::Disconnect(nth, at)),
+        1 => (0..9usize, 0..4usize, how()).prop_map(|(nth, at, how)| Hand::Reconnect(nth, at, how)),
     ]
 }
 
@@ -177,6 +223,7 @@ impl Lab {
                 }
             }
             Event::Hold(nth) => world.hold(*nth),
+            Event::Hand(hand) => world.by_hand(hand),
             Event::Calm => world.calm(),
         }
         Ok(())
@@ -199,6 +246,7 @@ impl Lab {
             pick: &mut |_| Self::random(&mut seed),
             fails: &mut fails,
         };
+        self.world.hasty = fail.is_some();
         let run = self.world.execute(plan, chance);
         self.seed = seed;
         run.map_err(|broken| TestCaseError::fail(format!("{broken}\n{plan}\n{:#?}", plan.steps)))
@@ -239,12 +287,23 @@ impl Lab {
         Ok(())
     }
 
-    /// Everything desired is there and Active; `Err` names what is not.
+    /// What a person changed by hand, and what becomes of it.
+    pub fn drift(&self) -> Vec<Drift> {
+        plan(&self.world.desired(), &self.world.observed(), &self.blocked).drift
+    }
+
+    /// Names what is desired and not there, or not Active; but for what a person changed and is left.
     pub fn difference(&self) -> Vec<String> {
+        let drift = self.drift();
+        let left = |target: String, field: &str| {
+            let mut all = drift.iter().filter(|d| d.policy != DriftPolicy::Repair);
+            all.any(|d| d.target == target && (field.is_empty() || has(d, field)))
+        };
         let mut missing = Vec::new();
         for (node, spec) in &self.world.desired().nodes {
             for part in &spec.systems {
                 for placed in &part.components {
+                    let own = |field| left(component(&placed.spec.instance), field);
                     let there = self.world.components().any(|(n, key, c)| {
                         n == node
                             && key.name == placed.manager
@@ -253,8 +312,8 @@ impl Lab {
                             && c.system.as_ref() == Some(&part.system)
                             && c.recreate_hash == placed.recreate_hash
                             && c.type_name == placed.spec.type_name
-                            && c.state == LifeCycleState::Active
-                            && configured(&placed.spec, c)
+                            && (c.state == LifeCycleState::Active || own("state"))
+                            && (configured(&placed.spec, c) || own("configuration"))
                     });
                     if !there {
                         missing.push(placed.spec.instance.clone());
@@ -268,7 +327,7 @@ impl Lab {
                                 && o.state == ConnectorState::Connected
                         })
                     });
-                    if !there {
+                    if !there && !left(connector(&placed.spec.name), "") {
                         missing.push(placed.spec.name.clone());
                     }
                 }
@@ -276,6 +335,11 @@ impl Lab {
         }
         missing
     }
+}
+
+/// True when a field, or one below it, differs.
+pub fn has(drift: &Drift, field: &str) -> bool {
+    drift.fields.iter().any(|f| f.field.starts_with(field))
 }
 
 /// Every value that the spec names is set. Random values are numbers.
@@ -297,8 +361,18 @@ fn configured(spec: &ComponentSpec, live: &ComponentObserved) -> bool {
 fn well_formed(plan: &Plan, blocked: &Blocked) -> TestCaseResult {
     for (step, number) in plan.steps.iter().zip(1..) {
         prop_assert_eq!(step.id, number);
-        let before = step.needs.iter().chain(&step.after_start_of);
-        prop_assert!(before.copied().all(|id| id > 0 && id < number), "{}", plan);
+        let before: BTreeSet<StepId> = step.before().collect();
+        prop_assert!(before.iter().all(|id| *id > 0 && *id < number), "{}", plan);
+        for limit in &step.limits {
+            let known = limit.steps.iter().all(|id| before.contains(id));
+            prop_assert!(
+                known && limit.ms > 0 && !limit.steps.is_empty(),
+                "{:?}",
+                step
+            );
+        }
+        let known = step.because.iter().all(|b| before.contains(&b.step));
+        prop_assert!(known, "{:?}", step);
         let brings_up = matches!(
             step.work.kind(),
             "Install"

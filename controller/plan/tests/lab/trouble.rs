@@ -6,12 +6,13 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use rts_plan::observed::{ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState};
 use rts_plan::plan;
-use rts_plan::plan::{Blocked, Plan, Work};
-use rts_plan::target::on;
-use rts_schemas::system::OnDisconnect;
+use rts_plan::plan::{Blocked, Drift, DriftKind, Plan, Work};
+use rts_plan::target::{connector, on};
+use rts_schemas::system::{DriftPolicy, OnDisconnect};
 
-use super::Lab;
+use super::{Lab, hand};
 use crate::world::World;
+use crate::world::by_hand::Hand;
 use crate::world::specs::NODES;
 
 /// Something that is in the way of a plan.
@@ -27,6 +28,7 @@ pub enum Trouble {
         remove: bool,
         block: bool,
     },
+    Hand(Hand),
 }
 
 pub fn trouble() -> impl Strategy<Value = Trouble> {
@@ -37,6 +39,7 @@ pub fn trouble() -> impl Strategy<Value = Trouble> {
         1 => (0..9usize).prop_map(Trouble::Silence),
         4 => (0..12usize, any::<bool>(), any::<bool>())
             .prop_map(|(nth, remove, block)| Trouble::Disconnect { nth, remove, block }),
+        4 => hand().prop_map(Trouble::Hand),
     ]
 }
 
@@ -45,6 +48,7 @@ impl Lab {
         match trouble {
             Trouble::Block(nth) => self.block(*nth),
             Trouble::Kill(nth) => self.world.kill(*nth),
+            Trouble::Hand(hand) => self.world.by_hand(hand),
             Trouble::HoldAndKill(nth) => {
                 self.world.hold(*nth);
                 let held = self
@@ -204,7 +208,7 @@ impl Lab {
         all.any(|c| c.name == connector && c.state != ConnectorState::Disconnected)
     }
 
-    /// True for a component with a policy, one of whose connectors cannot be made now.
+    /// True for a component with a policy, one of whose connectors cannot be made now, or is left out.
     pub fn waits_for_a_peer(&self, plan: &Plan, instance: &str) -> bool {
         let specs = self.world.systems.iter().map(|system| &system.spec);
         let keeps = specs
@@ -215,9 +219,10 @@ impl Lab {
             .flat_map(|spec| &spec.connectors)
             .filter(|c| c.source.instance == instance || c.target.instance == instance);
         let waits = |name: &str| {
-            plan.waiting_on
-                .iter()
-                .any(|w| w.target == format!("connector/{name}"))
+            let target = connector(name);
+            let left = |d: &Drift| d.policy != DriftPolicy::Repair && d.kind == DriftKind::Missing;
+            let mut left = plan.drift.iter().filter(|d| left(d));
+            left.any(|d| d.target == target) || plan.waiting_on.iter().any(|w| w.target == target)
         };
         !keeps && own.any(|c| waits(&c.name))
     }

@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_plan::desired::{ManagerKey, PlacedConnector};
-use rts_plan::observed::{
-    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
-};
+use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
 use rts_plan::plan::{Plan, Step, StepId, Work};
 use rts_plan::target::on;
-use rts_schemas::system::{Condition, SendingTiming, WaitFor};
+use rts_schemas::system::Configuration;
 
 use super::World;
+use super::by_hand::connected;
+use super::orders::Running;
 
 /// A rule that a step broke.
 pub type Broken = String;
@@ -20,6 +20,8 @@ pub type Broken = String;
 pub struct Run {
     /// Target → why one of its steps failed.
     pub failed: BTreeMap<String, String>,
+    /// Steps that were tried, in this order.
+    pub asked: Vec<StepId>,
 }
 
 /// Which ready step goes next, and which fail.
@@ -32,60 +34,95 @@ impl World {
     /// Carries out a plan. Steps whose needs failed are skipped.
     pub fn execute(&mut self, plan: &Plan, chance: Chance<'_>) -> Result<Run, Broken> {
         let mut run = Run::default();
-        self.done.clear();
         self.acted.clear();
-        let mut open: BTreeMap<StepId, &Step> = plan.steps.iter().map(|s| (s.id, s)).collect();
+        self.running = Running::of(&plan.steps);
         let mut lost: BTreeSet<StepId> = BTreeSet::new();
-        while !open.is_empty() {
-            let skipped: Vec<StepId> = open
-                .values()
-                .filter(|step| step.needs.iter().any(|id| lost.contains(id)))
-                .map(|step| step.id)
-                .collect();
-            if !skipped.is_empty() {
-                for id in skipped {
-                    open.remove(&id);
-                    lost.insert(id);
+        loop {
+            self.skip(&mut lost);
+            if self.running.open.is_empty() {
+                break;
+            }
+            let ready = self.ready();
+            let step = match ready.len() {
+                0 => return Err(format!("{} steps can never start", self.running.open.len())),
+                count => ready[(chance.pick)(count) % count].clone(),
+            };
+            let late = self.running.before(&step);
+            if !late.is_empty() {
+                // Its limits are over.
+                let go_on = late.iter().all(|id| Running::may_forget(&step, *id));
+                let pairs = late.iter().map(|id| (step.id, *id));
+                self.running.forgotten.extend(pairs.filter(|_| go_on));
+                if !go_on {
+                    self.running.open.remove(&step.id);
+                    lost.insert(step.id);
+                    let reason = format!("{} waited too long", step.work.kind());
+                    run.failed.insert(on(&step.node, &step.target), reason);
                 }
                 continue;
             }
-            let ready: Vec<&Step> = open
-                .values()
-                .filter(|step| {
-                    let before = step.needs.iter().chain(&step.after_start_of);
-                    before.copied().all(|id| !open.contains_key(&id))
-                })
-                .copied()
-                .collect();
-            if ready.is_empty() {
-                return Err(format!(
-                    "nothing can start, but {} steps are left",
-                    open.len()
-                ));
-            }
-            let step = ready[(chance.pick)(ready.len()) % ready.len()];
-            open.remove(&step.id);
-            if (chance.fails)(step) {
-                lost.insert(step.id);
-                let reason = format!("{} failed", step.work.kind());
-                run.failed.insert(on(&step.node, &step.target), reason);
-                continue;
-            }
-            match self.step(step, plan) {
-                Ok(()) => drop(self.done.insert(step.id)),
-                Err(_) if self.done_already(step) => drop(self.done.insert(step.id)),
-                Err(why) if self.excused(step) => {
+            run.asked.push(step.id);
+            self.running.open.remove(&step.id);
+            let failed = if (chance.fails)(&step) {
+                Some(format!("{} failed", step.work.kind()))
+            } else {
+                self.attempt(&step, plan)?
+            };
+            match failed {
+                None => drop(self.running.done.insert(step.id)),
+                Some(why) => {
                     lost.insert(step.id);
                     run.failed.insert(on(&step.node, &step.target), why);
-                }
-                Err(why) => {
-                    let (id, kind, target) = (step.id, step.work.kind(), &step.target);
-                    return Err(format!("step {id} {kind} {target}: {why}"));
                 }
             }
         }
         self.notice();
         Ok(run)
+    }
+
+    /// Gives up every step that needs a lost one.
+    fn skip(&mut self, lost: &mut BTreeSet<StepId>) {
+        for step in &self.running.steps {
+            let in_vain = |id: &StepId| {
+                let forgets = Running::may_forget(step, *id) || self.running.forgets(step, *id);
+                lost.contains(id) && !forgets
+            };
+            if self.running.open.contains(&step.id) && step.needs.iter().any(in_vain) {
+                self.running.open.remove(&step.id);
+                lost.insert(step.id);
+            }
+        }
+    }
+
+    /// Steps that may start; when nobody is patient, those too that wait only for what is limited.
+    fn ready(&self) -> Vec<Step> {
+        let open = |step: &&Step| self.running.open.contains(&step.id);
+        let may = |step: &&Step| {
+            let hasty = self.hasty && self.running.is_armed(step);
+            hasty || self.running.before(step).is_empty()
+        };
+        let steps = self.running.steps.iter().filter(open).filter(may);
+        steps.cloned().collect()
+    }
+
+    /// Gives the reason when it cannot do it for a good one.
+    fn attempt(&mut self, step: &Step, plan: &Plan) -> Result<Option<String>, Broken> {
+        let early = self.too_early(step);
+        let early = early.iter().filter(|other| !self.has_acted(other));
+        let early: Vec<&String> = early.collect();
+        if !early.is_empty() {
+            let (kind, target) = (step.work.kind(), &step.target);
+            return Err(format!("{kind} {target} does not wait for {early:?}"));
+        }
+        match self.step(step, plan) {
+            Ok(()) => Ok(None),
+            Err(_) if self.done_already(step) => Ok(None),
+            Err(why) if self.excused(step) => Ok(Some(why)),
+            Err(why) => {
+                let (id, kind, target) = (step.id, step.work.kind(), &step.target);
+                Err(format!("step {id} {kind} {target}: {why}"))
+            }
+        }
     }
 
     fn step(&mut self, step: &Step, plan: &Plan) -> Result<(), Broken> {
@@ -124,6 +161,9 @@ impl World {
                 if let Some(on_disconnect) = on_disconnect {
                     component.on_disconnect = *on_disconnect;
                 }
+                if *configuration != Configuration::default() {
+                    component.by_hand.configured = None;
+                }
                 for (set, values) in &configuration.sets {
                     let own = component.configuration.sets.entry(set.clone()).or_default();
                     own.extend(values.clone());
@@ -138,9 +178,8 @@ impl World {
                 Ok(())
             }
             Work::Connect { connector } => self.connect(step, node, connector),
-            Work::Activate { manager, instance } => self.activate(step, node, manager, instance),
+            Work::Activate { manager, instance } => self.activate(node, manager, instance),
             Work::Deactivate { manager, instance } => {
-                self.before_deactivate(step, plan, instance)?;
                 let component = self.find(node, manager, instance)?;
                 check(component.state == LifeCycleState::Active, "is not Active")?;
                 component.state = LifeCycleState::Inactive;
@@ -159,11 +198,10 @@ impl World {
             } => {
                 let component = self.find(node, manager, instance)?;
                 component.connectors.retain(|c| c.name != *connector);
+                component.by_hand.disconnected.remove(connector);
                 Ok(())
             }
-            Work::Delete { manager, instance } => {
-                self.delete_step(step, plan, node, manager, instance)
-            }
+            Work::Delete { manager, instance } => self.delete_step(plan, node, manager, instance),
             Work::UnloadModule { manager, type_name } => {
                 let manager = self.manager(node, manager)?;
                 let used = manager.components.iter().any(|c| c.type_name == *type_name);
@@ -224,11 +262,6 @@ impl World {
                 "there would be two of this name",
             )?;
         }
-        let absent = self.not_yet(step, instance, &["startUp", "initializing"], |_| true);
-        check(
-            absent.is_empty(),
-            &format!("{absent:?} must be there first"),
-        )?;
         let mut component =
             self.new_component(instance, type_name, step.system.clone(), recreate_hash);
         component.configuration.clone_from(configuration);
@@ -266,33 +299,18 @@ impl World {
         let source = self.find(node, &key(&placed.source.manager), &spec.source.instance)?;
         let there = source.connectors.iter().any(|c| c.name == spec.name);
         check(!there, "the connector exists already")?;
-        source.connectors.push(ConnectorObserved {
-            name: spec.name.clone(),
-            source: spec.source.clone(),
-            target: spec.target.clone(),
-            target_incarnation: target,
-            properties: spec.properties.clone(),
-            by_hand: None,
-            state: ConnectorState::Connected,
-            transport: "uds".to_owned(),
-            samples_sent: 0,
-            samples_received: 0,
-            bytes: 0,
-            drops: 0,
-        });
+        let (name, ends) = (
+            spec.name.clone(),
+            (spec.source.clone(), spec.target.clone()),
+        );
+        let mut connector = connected(name, ends.0, ends.1, &target);
+        connector.properties.clone_from(&spec.properties);
+        source.by_hand.disconnected.remove(&spec.name);
+        source.connectors.push(connector);
         Ok(())
     }
 
-    fn activate(
-        &mut self,
-        step: &Step,
-        node: &str,
-        key: &ManagerKey,
-        instance: &str,
-    ) -> Result<(), Broken> {
-        let active = |c: &ComponentObserved| c.state == LifeCycleState::Active;
-        let late = self.not_yet(step, instance, &["activation"], active);
-        check(late.is_empty(), &format!("{late:?} must be Active first"))?;
+    fn activate(&mut self, node: &str, key: &ManagerKey, instance: &str) -> Result<(), Broken> {
         let component = self.find(node, key, instance)?;
         check(component.state != LifeCycleState::Error, "it is in Error")?;
         check(
@@ -300,12 +318,12 @@ impl World {
             "it is Active already",
         )?;
         component.state = LifeCycleState::Active;
+        component.by_hand.deactivated = None;
         Ok(())
     }
 
     fn delete_step(
         &mut self,
-        step: &Step,
         plan: &Plan,
         node: &str,
         key: &ManagerKey,
@@ -314,16 +332,7 @@ impl World {
         let component = self.find(node, key, instance)?.clone();
         check(component.state != LifeCycleState::Active, "it is Active")?;
         check(component.system.is_some(), "a person made it")?;
-        let (system, name) = (&component.system, &component.incarnation);
-        let orders = self.conditions(step, &["shutDown", "finalizing"]);
-        for (before, timing) in predecessors(&orders, instance) {
-            let still = plan.steps.iter().any(|s| {
-                let same = matches!(&s.work, Work::Delete { instance, .. } if *instance == before);
-                same && s.system == *system && !self.done.contains(&s.id)
-            });
-            let still = still && timing == SendingTiming::Sync;
-            check(!still, &format!("{before} must be deleted first"))?;
-        }
+        let name = &component.incarnation;
         for (there, key, source) in self.components() {
             if !self.answers(there, key) {
                 continue;
@@ -353,60 +362,6 @@ impl World {
         !self.silent.contains(node) && found.is_some_and(|(_, m)| m.responsive)
     }
 
-    fn before_deactivate(&self, step: &Step, plan: &Plan, instance: &str) -> Result<(), Broken> {
-        for (before, timing) in predecessors(&self.conditions(step, &["deactivation"]), instance) {
-            let late = plan.steps.iter().any(|s| match &s.work {
-                Work::Deactivate { instance, .. } => {
-                    *instance == before && s.system == step.system && !self.done.contains(&s.id)
-                }
-                _ => false,
-            });
-            let late = late && timing == SendingTiming::Sync;
-            check(!late, &format!("{before} must be deactivated first"))?;
-        }
-        Ok(())
-    }
-
-    /// SYNC predecessors of a component that are not as they must be.
-    pub fn not_yet(
-        &self,
-        step: &Step,
-        instance: &str,
-        orders: &[&str],
-        ready: impl Fn(&ComponentObserved) -> bool,
-    ) -> Vec<String> {
-        predecessors(&self.conditions(step, orders), instance)
-            .into_iter()
-            .filter(|(_, timing)| *timing == SendingTiming::Sync)
-            .map(|(before, _)| before)
-            .filter(|before| !self.any_instance(step, before, &ready))
-            .collect()
-    }
-
-    /// There may be a second instance for a while, after a silent node has come back.
-    fn any_instance(
-        &self,
-        step: &Step,
-        instance: &str,
-        is: impl Fn(&ComponentObserved) -> bool,
-    ) -> bool {
-        let mut all = self.components();
-        all.any(|(_, _, c)| c.instance == instance && c.system == step.system && is(c))
-    }
-
-    fn conditions(&self, step: &Step, orders: &[&str]) -> Vec<Vec<Condition>> {
-        let stored = self
-            .systems
-            .iter()
-            .find(|s| Some(&s.reference) == step.system.as_ref());
-        let Some(stored) = stored else {
-            return Vec::new();
-        };
-        let all = serde_json::to_value(&stored.spec.orders).unwrap();
-        let list = |name: &&str| serde_json::from_value(all[*name].clone()).unwrap();
-        orders.iter().map(list).collect()
-    }
-
     fn manager(&mut self, node: &str, key: &ManagerKey) -> Result<&mut ManagerObserved, Broken> {
         let manager = self.process(node, key)?;
         check(manager.responsive, "the process does not answer")?;
@@ -430,35 +385,6 @@ impl World {
         let component = components.iter_mut().find(|c| c.instance == instance);
         component.ok_or_else(|| format!("no component {instance} in {}", key.display_name()))
     }
-}
-
-/// Everyone that a component must wait for, straight from the conditions: each list has its own sequence.
-fn predecessors(lists: &[Vec<Condition>], instance: &str) -> Vec<(String, SendingTiming)> {
-    let mut before = Vec::new();
-    for list in lists {
-        let level = |name: &str| {
-            list.iter()
-                .filter(|c| c.target == name)
-                .map(|c| c.sequence)
-                .max()
-        };
-        let Some(own) = level(instance) else { continue };
-        for condition in list {
-            if level(&condition.target).is_some_and(|other| other < own) {
-                before.push((condition.target.clone(), SendingTiming::Sync));
-            }
-            if let (
-                true,
-                Some(WaitFor::Preceding {
-                    timing, components, ..
-                }),
-            ) = (condition.target == instance, &condition.wait)
-            {
-                before.extend(components.iter().map(|c| (c.clone(), *timing)));
-            }
-        }
-    }
-    before
 }
 
 fn check(holds: bool, otherwise: &str) -> Result<(), Broken> {

@@ -29,27 +29,23 @@ impl World {
 
     /// True when a step cannot do what it says because a component acted by itself meanwhile.
     pub fn excused(&self, step: &Step) -> bool {
-        let acted = |instance: &str| self.acted.iter().any(|(_, other)| other == instance);
-        let late = |orders: &[&str], instance: &str, ready: fn(&ComponentObserved) -> bool| {
-            let late = self.not_yet(step, instance, orders, ready);
-            late.iter().any(|other| acted(other))
-        };
+        let acted = |instance: &str| self.has_acted(instance);
         match &step.work {
             Work::Connect { connector } => {
                 acted(&connector.spec.source.instance) || acted(&connector.spec.target.instance)
             }
-            Work::Create { instance, .. } => {
-                acted(instance) || late(&["startUp", "initializing"], instance, |_| true)
-            }
-            Work::Activate { instance, .. } => {
-                let active = |c: &ComponentObserved| c.state == LifeCycleState::Active;
-                acted(instance) || late(&["activation"], instance, active)
-            }
-            Work::Configure { instance, .. }
+            Work::Create { instance, .. }
+            | Work::Activate { instance, .. }
+            | Work::Configure { instance, .. }
             | Work::Reset { instance, .. }
             | Work::Disconnect { instance, .. } => acted(instance),
             _ => false,
         }
+    }
+
+    /// True for a component that acted by itself since the plan began.
+    pub fn has_acted(&self, instance: &str) -> bool {
+        self.acted.iter().any(|(_, other)| other == instance)
     }
 
     /// True for a step that asks for what a component has done by itself meanwhile.

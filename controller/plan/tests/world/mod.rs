@@ -4,8 +4,10 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
+pub mod by_hand;
 pub mod execute;
 pub mod loss;
+pub mod orders;
 pub mod specs;
 pub mod story;
 
@@ -16,7 +18,6 @@ use rts_plan::observed::{
     ComponentObserved, ConnectorState, Held, Inventory, LifeCycleState, ManagerObserved,
     NodeObserved, Observed,
 };
-use rts_plan::plan::StepId;
 use rts_plan::{NodeFacts, StoredSystem, place};
 use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 
@@ -30,8 +31,10 @@ pub struct World {
     pub installed: BTreeSet<(String, String)>,
     /// Systems that were applied.
     pub systems: Vec<StoredSystem>,
-    /// Steps of the present plan that have been carried out.
-    done: BTreeSet<StepId>,
+    /// The present plan.
+    running: orders::Running,
+    /// Time-outs run out, at random.
+    pub hasty: bool,
     /// Nodes and instances of components that acted by themselves since the present plan began.
     acted: BTreeSet<(String, String)>,
     /// Incarnations that stopped by themselves.
@@ -279,5 +282,6 @@ impl World {
             }
         }
         self.notice();
+        self.forget_stale_marks();
     }
 }

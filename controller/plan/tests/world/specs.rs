@@ -6,8 +6,9 @@ use proptest::prelude::*;
 use rts_plan::StoredSystem;
 use rts_plan::desired::SystemRef;
 use rts_schemas::system::{
-    ComponentSpec, Condition, Configuration, ConnectorSpec, ExecutionContextSpec, ExecutionKind,
-    OnDisconnect, Orders, Placement, Policy, PortKind, PortRef, SendingTiming, SystemSpec, WaitFor,
+    ComponentSpec, Condition, Configuration, ConnectorSpec, DriftPolicy, ExecutionContextSpec,
+    ExecutionKind, OnDisconnect, Orders, Placement, Policy, PortKind, PortRef, SendingTiming,
+    SystemSpec, WaitFor,
 };
 
 /// Nodes of random systems.
@@ -91,6 +92,15 @@ pub fn hello() -> StoredSystem {
     })
 }
 
+/// The hello system, with this policy on what a person changes.
+pub fn with_policy(policy: DriftPolicy) -> StoredSystem {
+    let mut system = hello();
+    for component in &mut system.spec.components {
+        component.policy.drift = policy;
+    }
+    system
+}
+
 pub fn stored(spec: SystemSpec) -> StoredSystem {
     let types = spec.components.iter().map(|c| &c.type_name);
     StoredSystem {
@@ -106,7 +116,7 @@ pub fn stored(spec: SystemSpec) -> StoredSystem {
     }
 }
 
-type Choices = (u8, u8, u8, u8, u8, bool, bool, u8);
+type Choices = (u8, u8, u8, u8, u8, bool, bool, u8, u8, u8);
 
 /// A random system `name` with instances `{prefix}0`, `{prefix}1`, …
 pub fn system(
@@ -123,9 +133,11 @@ pub fn system(
         any::<bool>(),
         any::<bool>(),
         0..5u8,
+        0..6u8,
+        0..4u8,
     );
     let connectors = prop::collection::vec((0..most, 0..most, 0..2u8), 0..most * 2);
-    let orders = prop::collection::vec((0..5u8, 0..most, 0..most, any::<bool>(), 0..4u32), 0..8);
+    let orders = prop::collection::vec((0..9u8, 0..most, 0..most, any::<bool>(), 0..6u32), 0..20);
     (
         prop::collection::vec(component, 1..=most),
         connectors,
@@ -156,7 +168,7 @@ pub fn system(
 }
 
 fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
-    let (type_name, node, manager, gain, rate, reset, event, policy) = choices;
+    let (type_name, node, manager, gain, rate, reset, event, policy, drift, optional) = choices;
     let mut spec = component(instance, &format!("T{type_name}"));
     spec.placement = Placement {
         node: Some(NODES[usize::from(node)].to_owned()),
@@ -166,8 +178,10 @@ fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
     };
     set(&mut spec, "gain", ["1.0", "1", "2.5"][usize::from(gain)]);
     spec.execution_context.rate = [None, Some(100.0), Some(50.0)][usize::from(rate)];
+    spec.required = optional != 0;
     spec.policy.reset_on_error = reset;
     spec.policy.on_disconnect = on_disconnect(policy);
+    spec.policy.drift = drift_policy(drift);
     if event && manager == 3 {
         spec.execution_context.kind = ExecutionKind::EventDriven;
     }
@@ -180,6 +194,15 @@ pub fn on_disconnect(choice: u8) -> OnDisconnect {
         0 => OnDisconnect::Deactivate,
         1 => OnDisconnect::Stop,
         _ => OnDisconnect::Keep,
+    }
+}
+
+/// `repair` is as likely as the others together.
+pub fn drift_policy(choice: u8) -> DriftPolicy {
+    match choice {
+        0 | 1 => DriftPolicy::Ignore,
+        2 => DriftPolicy::Adopt,
+        _ => DriftPolicy::Repair,
     }
 }
 
@@ -220,13 +243,18 @@ fn random_orders(
         let before: &[&str] = if low == high { &[] } else { &[&before] };
         let sequence = (count - low) as u32 / 2;
         let mut condition = after(&instance(low), sequence, timing, before);
-        if wait == 3 {
-            condition.wait = Some(WaitFor::Time { milliseconds: 20 });
+        match (wait, &mut condition.wait) {
+            (3, wait) => *wait = Some(WaitFor::Time { milliseconds: 20 }),
+            (4.., Some(WaitFor::Preceding { timeout_ms, .. })) => *timeout_ms = wait * 100,
+            _ => {}
         }
         let list = match list {
             0 => &mut orders.start_up,
             1 => &mut orders.deactivation,
             2 => &mut orders.shut_down,
+            3 => &mut orders.resetting,
+            4 => &mut orders.initializing,
+            5 => &mut orders.finalizing,
             _ => &mut orders.activation,
         };
         list.push(condition);

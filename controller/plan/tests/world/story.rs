@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use rts_plan::plan::{Blocked, Plan};
+use rts_plan::render::{after, critical_path};
 use rts_plan::{StoredSystem, plan, render};
 
 use super::World;
@@ -34,6 +35,14 @@ impl Story {
         let mut story = Self::new();
         story.turn();
         assert!(story.plan().is_empty());
+        story
+    }
+
+    /// After this one's first apply has been carried out.
+    pub fn started(system: StoredSystem) -> Self {
+        let mut story = Self::of(system);
+        story.turn();
+        assert!(story.plan().is_empty(), "{}", story.plan());
         story
     }
 
@@ -75,13 +84,37 @@ pub fn tell(plan: &Plan) -> String {
     for step in &plan.steps {
         let (id, kind, target) = (step.id, step.work.kind(), &step.target);
         let _ = write!(text, "{id:>3} {kind:<13}{target}");
-        if !step.needs.is_empty() {
-            let _ = write!(text, "  needs {:?}", step.needs);
-        }
-        if !step.after_start_of.is_empty() {
-            let _ = write!(text, "  after start of {:?}", step.after_start_of);
+        match after(step) {
+            after if after.is_empty() => {}
+            after => {
+                let _ = write!(text, "  after {after}");
+            }
         }
         let _ = writeln!(text, "  ({})", step.reason);
+    }
+    if let Some(path) = critical_path(plan) {
+        let _ = writeln!(text, "{path}");
+    }
+    text
+}
+
+/// The plan as people see it, and the drift as programs do.
+pub fn tell_drift(plan: &Plan) -> String {
+    let mut text = tell(plan);
+    for drift in &plan.drift {
+        let (kind, target, policy) = (drift.kind, &drift.target, drift.policy.as_str());
+        let _ = write!(text, "drift {kind:?} {target} {policy}: {}", drift.reason);
+        for field in &drift.fields {
+            let side = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+            let _ = write!(
+                text,
+                " {}={}->{}",
+                field.field,
+                side(&field.old),
+                side(&field.new)
+            );
+        }
+        text.push('\n');
     }
     text
 }

@@ -23,6 +23,8 @@ pub const CLUSTER_UID: &str = "clusterUid";
 pub const EPOCH: &str = "epoch";
 /// Key in [`META`]: revisions that may have been given out.
 pub const REVISIONS: &str = "revisions";
+/// Key in [`META`]: indexes that may have been given out.
+pub const INDEXES: &str = "indexes";
 /// Key in [`META`]: set by a restore.
 pub const RESTORED: &str = "restored";
 /// Key in [`META`]: what is written to see whether it can be.

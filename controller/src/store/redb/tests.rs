@@ -23,7 +23,7 @@ fn a_store_of_a_later_program_is_refused_and_left_alone() {
     let later = Change::put(META, rows::VERSION, &(SCHEMA_VERSION + 1)).unwrap();
     store.change(&[later]).unwrap();
     drop(store);
-    insta::assert_snapshot!(refused(&path), @"FILE has schema version 3, and this program knows 2: upgrade rts-controller, or move the file away to start afresh");
+    insta::assert_snapshot!(refused(&path), @"FILE has schema version 4, and this program knows 3: upgrade rts-controller, or move the file away to start afresh");
 }
 
 #[test]
@@ -82,7 +82,8 @@ fn a_store_of_version_1_is_brought_up_to_date_and_its_copy_is_kept() {
         (state.cluster_uid.as_str(), state.epoch),
         ("old-cluster", 3)
     );
-    assert_eq!(state.systems["hello"].generation, 4);
+    let hello = &state.systems["hello"];
+    assert_eq!((hello.generation, hello.index), (4, 0));
     let local = NodeGeneration {
         epoch: 3,
         generation: 9,

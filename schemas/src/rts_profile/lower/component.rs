@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::net::IpAddr;
 
+use super::TYPE_KEY;
 use super::connector::{data_type_of, direction_of};
 use super::managers::{Managers, endpoint};
 use crate::diagnostic::{Finding, Report};
@@ -10,7 +11,8 @@ use crate::names;
 use crate::placement::{self, PREFIX, parse_bool};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::ior::Endpoint;
-use crate::rts_profile::model::Component;
+use crate::rts_profile::model::{Component, property_value};
+use crate::span::Text;
 use crate::system::{
     ComponentSpec, Configuration, ExecutionContextSpec, ExecutionKind, Placement, Policy, PortKind,
     PortSpec, rate_problem,
@@ -24,14 +26,16 @@ pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<Compone
         .iter()
         .filter_map(|component| {
             let instance = component.instance_name.as_ref()?.trimmed().to_owned();
-            let id = component.id.as_ref()?;
-            let type_name = names::type_name(&id.value, &instance)?;
+            let type_name = type_name(component)?;
             seen.insert(instance.clone()).then_some(())?;
             let endpoint = endpoint(component);
             let mut spec = ComponentSpec {
                 instance,
                 type_name,
-                full_id: id.trimmed().to_owned(),
+                full_id: component
+                    .id
+                    .as_ref()
+                    .map_or_else(String::new, |id| id.trimmed().to_owned()),
                 required: required(component),
                 ports: ports(component),
                 configuration: configuration(component),
@@ -47,6 +51,15 @@ pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<Compone
             Some(spec)
         })
         .collect()
+}
+
+/// The type that a component says beside its id, else that in its id.
+pub(crate) fn type_name(component: &Component) -> Option<String> {
+    if let Some(own) = property_value(&component.properties, TYPE_KEY) {
+        return Some(own.trimmed().to_owned());
+    }
+    let instance = component.instance_name.as_ref().map_or("", Text::trimmed);
+    names::type_name(&component.id.as_ref()?.value, instance)
 }
 
 fn required(component: &Component) -> bool {
@@ -186,7 +199,7 @@ fn placement_keys(
     let keys = component.properties.iter().filter_map(|property| {
         let name = property.name.as_ref()?;
         let key = name.trimmed().strip_prefix(PREFIX)?;
-        Some((key, name, property))
+        (name.trimmed() != TYPE_KEY).then_some((key, name, property))
     });
     // `isolated` last: it beats a manager's name, whichever stands first.
     let (isolated, others): (Vec<_>, Vec<_>) = keys.partition(|(key, _, _)| *key == "isolated");

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use super::NAME_KEY;
 use crate::diagnostic::{Finding, Report};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{Connector, Port, Target, property_value};
@@ -19,7 +20,12 @@ pub(super) fn connectors(read: &ReadProfile, report: &mut Report) -> Vec<Connect
                 report.push(reversed(read, connector, &source, &target));
                 std::mem::swap(&mut source, &mut target);
             }
-            let name = unused_name(format!("{source}-{target}"), &mut used);
+            let own = property_value(&connector.properties, NAME_KEY);
+            let name = own.map_or_else(
+                || format!("{source}-{target}"),
+                |own| own.trimmed().to_owned(),
+            );
+            let name = unused_name(name, &mut used);
             Some(ConnectorSpec {
                 name,
                 kind: connector.kind,
@@ -33,7 +39,7 @@ pub(super) fn connectors(read: &ReadProfile, report: &mut Report) -> Vec<Connect
 }
 
 /// The name itself, or with `#2`, `#3`, … when it was given before.
-fn unused_name(name: String, used: &mut HashSet<String>) -> String {
+pub(crate) fn unused_name(name: String, used: &mut HashSet<String>) -> String {
     let mut unused = name.clone();
     let mut count = 1;
     while !used.insert(unused.clone()) {
@@ -169,7 +175,7 @@ fn data_type(profile: &ReadProfile, connector: &Connector) -> Option<String> {
 }
 
 /// Values that name a choice and come in any case.
-const CHOICES: [&str; 3] = [
+pub(crate) const CHOICES: [&str; 3] = [
     "dataport.interface_type",
     "dataport.dataflow_type",
     "dataport.subscription_type",
@@ -215,9 +221,10 @@ fn properties(connector: &Connector) -> BTreeMap<String, String> {
     all
 }
 
-/// What a running system left behind (references), what an editor draws by, and the type, which has its own field.
+/// What a running system left behind (references), what an editor draws by, and the type and the name, which
+/// have their own fields.
 fn is_transient(name: &str, value: &str) -> bool {
-    const NAMES: [&str; 10] = [
+    const NAMES: [&str; 11] = [
         "dataport.corba_cdr.inport_ior",
         "dataport.corba_cdr.inport_ref",
         "dataport.corba_cdr.outport_ior",
@@ -227,6 +234,7 @@ fn is_transient(name: &str, value: &str) -> bool {
         "dataport.inport.data_type",
         "POSITION",
         "BEND_POINT",
+        NAME_KEY,
         "",
     ];
     let empty_mark = value.is_empty() && matches!(name, "dataport.inport" | "dataport.outport");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::SystemId;
+use super::{ByHandInfo, SystemId};
 
 /// A request. Responses may come in another order than the requests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,6 +102,16 @@ pub enum RequestBody {
         /// Instance name.
         instance: String,
     },
+    /// Forget marks of changes by hand where they are still these, since what was desired then is desired no more. Only for
+    /// a manager that reports marks. Answer: `Done`; also when there is no such component.
+    Forget {
+        /// Instance name.
+        instance: String,
+        /// Marks of the component.
+        by_hand: ByHandInfo,
+        /// Marks of connectors that were made by hand, by connector name.
+        connectors: BTreeMap<String, String>,
+    },
     /// Everything that there is, counters included. Never waits for a component. Answer: `Inventory`.
     Inventory,
     /// Deactivate and finalise everything within the deadline, answer `Done`, and exit 0.
@@ -112,12 +122,23 @@ impl RequestBody {
     /// Without what a manager that speaks `version` does not know.
     #[must_use]
     pub fn for_version(mut self, version: u32) -> Self {
-        if version < 2 {
-            match &mut self {
-                Self::Configure { on_disconnect, .. }
-                | Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
-                _ => {}
+        if version >= 2 {
+            return self;
+        }
+        match &mut self {
+            Self::Configure {
+                on_disconnect,
+                by_hand,
+                ..
+            } => {
+                *on_disconnect = None;
+                *by_hand = None;
             }
+            Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+            Self::Disconnect { by_hand, .. }
+            | Self::Deactivate { by_hand, .. }
+            | Self::Connect(ConnectRequest { by_hand, .. }) => *by_hand = None,
+            _ => {}
         }
         self
     }
@@ -203,11 +224,11 @@ mod tests {
             active: None,
             rate: None,
             on_disconnect: Some("stop".to_owned()),
-            by_hand: None,
+            by_hand: Some("mark".to_owned()),
         };
         let text =
             |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
-        assert!(text(2).contains(r#""onDisconnect":"stop""#));
-        assert!(!text(1).contains("onDisconnect"));
+        assert!(text(2).contains(r#""onDisconnect":"stop","byHand":"mark""#));
+        assert!(!text(1).contains("onDisconnect") && !text(1).contains("byHand"));
     }
 }

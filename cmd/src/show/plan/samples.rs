@@ -1,0 +1,59 @@
+//! A plan for tests.
+
+use rts_controller_api::requests::PlanResult;
+use rts_plan::desired::ManagerKey;
+use rts_plan::plan::{Action, Change, Plan, Step, Work};
+
+/// A plan of two steps with a wait.
+pub fn result() -> PlanResult {
+    let step = |id: u32, needs: &[u32], target: &str, work| Step {
+        id,
+        node: "local".to_owned(),
+        target: target.to_owned(),
+        system: None,
+        needs: needs.to_vec(),
+        after_start_of: Vec::new(),
+        after_end_of: Vec::new(),
+        limits: Vec::new(),
+        because: Vec::new(),
+        wait_ms: 0,
+        reason: "is not there yet".to_owned(),
+        work,
+    };
+    let manager = ManagerKey {
+        system: None,
+        name: "main".to_owned(),
+    };
+    let activate = Work::Activate {
+        manager: manager.clone(),
+        instance: "Sine0".to_owned(),
+    };
+    let start = Work::StartManager { manager };
+    let mut steps = vec![
+        step(1, &[], "manager/main", start),
+        step(2, &[1], "component/Sine0", activate),
+    ];
+    steps[1].wait_ms = 500;
+    let plan = Plan {
+        changes: vec![Change {
+            action: Action::Add,
+            target: "component/Sine0".to_owned(),
+            system: Some("hello".to_owned()),
+            reason: "is not there yet".to_owned(),
+            fields: Vec::new(),
+        }],
+        critical_path: vec![1, 2],
+        steps,
+        notes: vec!["preference dropped".to_owned()],
+        ..Plan::default()
+    };
+    PlanResult {
+        index: 3,
+        digest: "0123abcd".to_owned(),
+        plan,
+        notes: vec![
+            "host h is node local".to_owned(),
+            "preference dropped".to_owned(),
+        ],
+    }
+}

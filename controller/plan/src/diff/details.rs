@@ -1,0 +1,90 @@
+//! What was, or should be, where no step says it: what goes, and what cannot be made now.
+
+use crate::decide::{Decisions, Fate};
+use crate::index::{Facts, Live, Want, ends};
+use crate::links::compare;
+use crate::links::{Join, Links};
+use crate::observed::ConnectorObserved;
+use crate::plan::{Action, Change, FieldChange};
+use crate::render::fields::{Made, component};
+use crate::target;
+
+/// A component that should be there.
+pub(super) fn wanted(want: &Want<'_>) -> Vec<FieldChange> {
+    let spec = &want.placed.spec;
+    component(&Made {
+        node: want.node,
+        manager: &want.key.name,
+        type_name: &spec.type_name,
+        configuration: &spec.configuration,
+        execution_kind: spec.execution_context.kind,
+        rate: spec.execution_context.rate,
+        on_disconnect: spec.policy.on_disconnect,
+    })
+}
+
+/// A component that goes: where it is and what.
+pub(super) fn live(live: &Live<'_>) -> Vec<FieldChange> {
+    let (component, manager) = (live.component, live.manager.key.name.as_str());
+    let of = [
+        ("type", component.type_name.as_str()),
+        ("node", live.node),
+        ("manager", manager),
+    ];
+    of.map(|(field, old)| was(field, old)).into()
+}
+
+/// A connector that goes.
+pub(super) fn connector(observed: &ConnectorObserved) -> Vec<FieldChange> {
+    let properties = observed.properties.iter();
+    properties
+        .map(|(key, old)| was(&format!("properties.{key}"), old))
+        .collect()
+}
+
+fn was(field: &str, old: &str) -> FieldChange {
+    FieldChange {
+        field: field.to_owned(),
+        old: Some(old.to_owned()),
+        new: None,
+    }
+}
+
+/// What differs in a connector that is made anew; of one whose end is made again what changes on the way.
+pub(super) fn joined(facts: &Facts<'_>, join: &Join<'_>) -> Vec<FieldChange> {
+    if !join.again || !join.fields.is_empty() {
+        return join.fields.clone();
+    }
+    let [source, _] = ends(&join.system.uid, join.connector);
+    let instances = facts.instances(source).iter();
+    let mut connectors = instances.flat_map(|ix| &facts.lives[*ix].component.connectors);
+    let old = connectors.find(|c| c.name == join.connector.spec.name);
+    old.map_or(Vec::new(), |old| compare::fields(old, &join.connector.spec))
+}
+
+/// Connectors that nobody wants and that end with their source: no step of their own takes them away.
+pub(super) fn end_with_source<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    links: &Links<'a>,
+    changes: &mut Vec<Change>,
+) {
+    for (ix, live) in facts.lives.iter().enumerate() {
+        let Some(id) = live.id().filter(|_| decisions.fates[ix] == Fate::Gone) else {
+            continue;
+        };
+        for observed in &live.component.connectors {
+            let key = (id.uid, observed.name.as_str());
+            if facts.links.contains_key(&key) || links.cuts.contains_key(&key) {
+                continue;
+            }
+            changes.push(Change {
+                action: Action::Remove,
+                target: target::connector(&observed.name),
+                system: live.component.system.as_ref().map(|s| s.name.clone()),
+                reason: format!("ends with its source {}", id.instance),
+                fields: connector(observed),
+            });
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! What a person changed by hand since a plan last did, and whether it is put back (`rtsctl.drift`).
+//!
+//! The manager keeps a mark for each such change, which says what was desired at that moment: the change is drift as
+//! long as the same is desired, and dies with the instance. What differs without a mark is never drift.
+//!
+//! - What is repaired is planned like any difference, with a reason that says who made it.
+//! - What is left is no difference: it has no change and no step. It is there as long as it works: a connector that a
+//!   person made and that is lost is replaced, or removed, as any other.
+//! - A component that was deactivated and is left so is not Active all the same: required, it holds up what is ordered
+//!   after it. A connector that is left out is missing for `onDisconnect`: its ends are not Active without it, but
+//!   none is deleted for it, since the mark would go with it.
+//! - What no profile can say is not adopted but left.
+//!
+//! A digest is made only for what has a mark, so that a plan of a system without drift costs nothing more.
+
+use rts_schemas::system::DriftPolicy;
+
+use crate::decide::Decisions;
+use crate::desired::{Desired, PlacedComponent};
+use crate::in_place::{Setting, settings};
+use crate::index::{Facts, Id};
+use crate::links::Links;
+use crate::observed::{ComponentObserved, LifeCycleState, Observed};
+use crate::peers;
+use crate::plan::{Blocked, Drift, DriftKind, FieldChange};
+use crate::target;
+
+/// What a person changed by hand, and why it is not adopted, where it was to be.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub drift: Drift,
+    /// Such a drift has the policy `ignore`.
+    pub not_adopted: Option<&'static str>,
+}
+
+impl Found {
+    pub fn new(drift: Drift) -> Self {
+        Self {
+            drift,
+            not_adopted: None,
+        }
+    }
+
+    /// Is left and not adopted, if it was to be.
+    #[must_use]
+    pub fn unless(mut self, obstacle: Option<&'static str>) -> Self {
+        if self.drift.policy == DriftPolicy::Adopt && obstacle.is_some() {
+            self.drift.policy = DriftPolicy::Ignore;
+            self.not_adopted = obstacle;
+        }
+        self
+    }
+
+    /// True for what is not put back.
+    pub fn left(&self) -> bool {
+        self.drift.policy != DriftPolicy::Repair
+    }
+
+    /// What has to be said of it.
+    pub fn note(&self) -> Option<String> {
+        let (target, reason) = (&self.drift.target, &self.drift.reason);
+        let why = self.not_adopted?;
+        Some(format!(
+            "{target} {reason}: it is left and not adopted, since {why}"
+        ))
+    }
+}
+
+/// What a person changed by hand, sorted by target: as [`crate::plan()`] gives it, without the plan.
+pub fn drift(desired: &Desired, observed: &Observed) -> Vec<Drift> {
+    let facts = Facts::new(desired, observed);
+    let (decisions, links) = peers::settle(&facts, &Blocked::new());
+    let found = found(&facts, &decisions, &links);
+    found.into_iter().map(|found| found.drift).collect()
+}
+
+/// All of it, of components and connectors, sorted by target.
+pub(crate) fn found<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    links: &Links<'a>,
+) -> Vec<Found> {
+    let present = decisions.present.iter();
+    let own = present.filter_map(|(id, live)| component(facts, *id, *live));
+    let mut all: Vec<Found> = own.chain(links.by_hand.values().cloned()).collect();
+    let name = |found: &Found| (found.drift.target.clone(), found.drift.system.clone());
+    all.sort_by_cached_key(name);
+    all
+}
+
+/// What a person changed in a component that is there as desired, and can be seen.
+fn component<'a>(facts: &Facts<'a>, id: Id<'a>, live: usize) -> Option<Found> {
+    let live = &facts.lives[live];
+    let (want, component) = (&facts.wants[&id], live.component);
+    let placed = want.placed;
+    if component.by_hand.is_empty() || !live.manager.responsive {
+        return None;
+    }
+    if component.recreate_hash != placed.recreate_hash || live.seat() != want.seat() {
+        return None;
+    }
+    let mut fields = Vec::new();
+    if configured(placed, component) {
+        let settings = settings(&placed.spec, component);
+        fields.extend(settings.iter().map(Setting::drift));
+    }
+    let changed = !fields.is_empty();
+    let idle = deactivated(placed, component);
+    fields.extend(idle.then(|| FieldChange {
+        field: "state".to_owned(),
+        old: Some("Active".to_owned()),
+        new: Some("Inactive".to_owned()),
+    }));
+    let reason = match (changed, idle) {
+        (false, false) => return None,
+        (true, false) => "was changed by hand",
+        (false, true) => "was deactivated by hand",
+        (true, true) => "was changed and deactivated by hand",
+    };
+    // What else was changed waits too: with another configuration desired, the mark would not count any longer, and
+    // the component would be activated.
+    let obstacle = idle.then_some("no profile can say that it is Inactive");
+    let drift = Drift {
+        target: target::component(id.instance),
+        system: want.system.name.clone(),
+        policy: placed.spec.policy.drift,
+        kind: DriftKind::Changed,
+        reason: reason.to_owned(),
+        fields,
+    };
+    Some(Found::new(drift).unless(obstacle))
+}
+
+/// True when a person set its configuration or active set since the plan did, and the same is desired as then.
+pub(crate) fn configured(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
+    let mark = live.by_hand.configured.as_ref();
+    mark.is_some_and(|mark| *mark == placed.settings_digest())
+}
+
+/// True when it is Inactive since a person deactivated it, and the same is desired as then.
+pub(crate) fn deactivated(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
+    let mark = live.by_hand.deactivated.as_ref();
+    let mark = mark.filter(|_| live.state == LifeCycleState::Inactive);
+    mark.is_some_and(|mark| *mark == placed.settings_digest())
+}
+
+/// True when a person deactivated it and it is left so.
+pub(crate) fn left_inactive(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
+    placed.spec.policy.drift != DriftPolicy::Repair && deactivated(placed, live)
+}

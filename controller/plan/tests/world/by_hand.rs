@@ -1,0 +1,240 @@
+//! What a person does by hand, with the marks that managers keep.
+
+use std::collections::BTreeMap;
+
+use rts_plan::desired::{Desired, PlacedComponent, PlacedConnector};
+use rts_plan::observed::{ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState};
+use rts_schemas::system::PortRef;
+
+use super::World;
+
+/// Something that a person does to a component of a system; the first number says to which.
+#[derive(Debug, Clone)]
+pub enum Hand {
+    /// Sets `gain` in the set `default`.
+    Set(usize, &'static str),
+    /// Activates another set.
+    Switch(usize),
+    Deactivate(usize),
+    Activate(usize),
+    /// Connects it to another component of its system, with this subscription type.
+    Connect(usize, usize, &'static str),
+    /// Takes this one of its connectors away.
+    Disconnect(usize, usize),
+    /// Makes this one of its connectors anew.
+    Reconnect(usize, usize, &'static str),
+}
+
+impl World {
+    pub fn by_hand(&mut self, hand: &Hand) {
+        let (Hand::Set(nth, _)
+        | Hand::Switch(nth)
+        | Hand::Deactivate(nth)
+        | Hand::Activate(nth)
+        | Hand::Connect(nth, ..)
+        | Hand::Disconnect(nth, _)
+        | Hand::Reconnect(nth, ..)) = hand;
+        let desired = self.desired();
+        let reached = self.managers().filter(|(_, m)| m.responsive);
+        let all = reached.flat_map(|(_, m)| &m.components);
+        let own: Vec<ComponentObserved> = all.filter(|c| c.system.is_some()).cloned().collect();
+        if own.is_empty() {
+            return;
+        }
+        let found = &own[nth % own.len()];
+        let connector = |nth: &usize| found.connectors.get(nth % found.connectors.len().max(1));
+        match hand {
+            Hand::Set(_, value) => self.set_by_hand(&desired, found, "default", value),
+            Hand::Switch(_) => self.set_by_hand(&desired, found, "fast", ""),
+            Hand::Deactivate(_) => self.deactivate_by_hand(&desired, found),
+            Hand::Activate(_) => {
+                let component = self.again(found);
+                if component.state == LifeCycleState::Inactive {
+                    component.state = LifeCycleState::Active;
+                    component.by_hand.deactivated = None;
+                }
+            }
+            Hand::Connect(_, other, how) => {
+                let peers: Vec<_> = own.iter().filter(|c| c.system == found.system).collect();
+                let peer = peers[other % peers.len()];
+                self.connect_by_hand(&desired, found, peer, how);
+            }
+            Hand::Disconnect(_, at) => {
+                if let Some(connector) = connector(at) {
+                    self.disconnect_by_hand(&desired, found, &connector.name);
+                }
+            }
+            Hand::Reconnect(_, at, how) => {
+                let old = connector(at);
+                let peer = old.and_then(|old| {
+                    let there = |c: &&ComponentObserved| c.incarnation == old.target_incarnation;
+                    own.iter().find(there)
+                });
+                if let Some(peer) = peer {
+                    self.connect_by_hand(&desired, found, peer, how);
+                }
+            }
+        }
+    }
+
+    /// Sets Filter0's gain.
+    pub fn set_gain(&mut self, value: &str) {
+        let (desired, filter) = (self.desired(), self.named("Filter0"));
+        self.set_by_hand(&desired, &filter, "default", value);
+    }
+
+    pub fn deactivate(&mut self, instance: &str) {
+        let names = self.components().map(|(_, _, c)| c.instance.as_str());
+        let nth = names.into_iter().position(|name| name == instance);
+        self.by_hand(&Hand::Deactivate(nth.unwrap()));
+    }
+
+    pub fn disconnect(&mut self, source: &str, name: &str) {
+        let (desired, source) = (self.desired(), self.named(source));
+        self.disconnect_by_hand(&desired, &source, name);
+    }
+
+    /// With subscription type `new`.
+    pub fn connect_new(&mut self, source: &str, target: &str) {
+        let (desired, source, target) = (self.desired(), self.named(source), self.named(target));
+        self.connect_by_hand(&desired, &source, &target, "new");
+    }
+
+    fn named(&self, instance: &str) -> ComponentObserved {
+        self.component(instance).unwrap().clone()
+    }
+
+    fn again(&mut self, component: &ComponentObserved) -> &mut ComponentObserved {
+        let mut all = self.components_mut();
+        let found = all.find(|c| c.incarnation == component.incarnation);
+        found.unwrap()
+    }
+
+    /// Sets `gain`, or activates a set when the value is empty.
+    pub fn set_by_hand(
+        &mut self,
+        desired: &Desired,
+        found: &ComponentObserved,
+        set: &str,
+        value: &str,
+    ) {
+        let mark = settings_mark(desired, found);
+        let component = self.again(found);
+        component.by_hand.configured = Some(mark);
+        let configuration = &mut component.configuration;
+        if value.is_empty() {
+            configuration.active = Some(set.to_owned());
+        } else {
+            let set = configuration.sets.entry(set.to_owned()).or_default();
+            set.insert("gain".to_owned(), value.to_owned());
+        }
+    }
+
+    pub fn deactivate_by_hand(&mut self, desired: &Desired, found: &ComponentObserved) {
+        let mark = settings_mark(desired, found);
+        let component = self.again(found);
+        if component.state != LifeCycleState::Error {
+            component.state = LifeCycleState::Inactive;
+            component.by_hand.deactivated = Some(mark);
+        }
+    }
+
+    pub fn connect_by_hand(
+        &mut self,
+        desired: &Desired,
+        source: &ComponentObserved,
+        target: &ComponentObserved,
+        how: &str,
+    ) {
+        let end = |instance: &str, port: &str| PortRef {
+            instance: instance.to_owned(),
+            port: port.to_owned(),
+        };
+        let ends = [end(&source.instance, "out"), end(&target.instance, "in")];
+        let [from, to] = ends;
+        let name = format!("{from}-{to}");
+        let mark = connector_mark(desired, source, &name);
+        let how = ("dataport.subscription_type".to_owned(), how.to_owned());
+        let component = self.again(source);
+        component.by_hand.disconnected.remove(&name);
+        component.connectors.retain(|c| c.name != name);
+        let mut connector = connected(name, from, to, &target.incarnation);
+        connector.properties = BTreeMap::from([how]);
+        connector.by_hand = Some(mark);
+        component.connectors.push(connector);
+    }
+
+    pub fn disconnect_by_hand(
+        &mut self,
+        desired: &Desired,
+        source: &ComponentObserved,
+        name: &str,
+    ) {
+        let mark = connector_mark(desired, source, name);
+        let component = self.again(source);
+        component.connectors.retain(|c| c.name != *name);
+        component.by_hand.disconnected.insert(name.to_owned(), mark);
+    }
+}
+
+impl World {
+    /// Agents have managers forget the marks of what is desired no longer.
+    pub fn forget_stale_marks(&mut self) {
+        let desired = self.desired();
+        for component in self.components_mut().filter(|c| c.system.is_some()) {
+            let settings = settings_mark(&desired, component);
+            let stale = component.clone();
+            let connector = |name: &str| connector_mark(&desired, &stale, name);
+            let marks = &mut component.by_hand;
+            marks.configured.take_if(|mark| *mark != settings);
+            marks.deactivated.take_if(|mark| *mark != settings);
+            let disconnected = &mut marks.disconnected;
+            disconnected.retain(|name, mark| *mark == connector(name));
+            for made in &mut component.connectors {
+                let now = connector(&made.name);
+                made.by_hand.take_if(|mark| *mark != now);
+            }
+        }
+    }
+}
+
+/// A connector that works.
+pub fn connected(
+    name: String,
+    source: PortRef,
+    target: PortRef,
+    incarnation: &str,
+) -> ConnectorObserved {
+    ConnectorObserved {
+        name,
+        source,
+        target,
+        target_incarnation: incarnation.to_owned(),
+        properties: BTreeMap::new(),
+        by_hand: None,
+        state: ConnectorState::Connected,
+        transport: "uds".to_owned(),
+        samples_sent: 0,
+        samples_received: 0,
+        bytes: 0,
+        drops: 0,
+    }
+}
+
+fn settings_mark(desired: &Desired, found: &ComponentObserved) -> String {
+    let parts = desired.nodes.values().flat_map(|spec| &spec.systems);
+    let mut own = parts
+        .filter(|part| Some(&part.system) == found.system.as_ref())
+        .flat_map(|part| &part.components);
+    let placed = own.find(|placed| placed.spec.instance == found.instance);
+    placed.map_or_else(String::new, PlacedComponent::settings_digest)
+}
+
+fn connector_mark(desired: &Desired, source: &ComponentObserved, name: &str) -> String {
+    let parts = desired.nodes.values().flat_map(|spec| &spec.systems);
+    let mut own = parts
+        .filter(|part| Some(&part.system) == source.system.as_ref())
+        .flat_map(|part| &part.connectors);
+    let placed = own.find(|placed| placed.spec.name == name);
+    placed.map_or_else(String::new, PlacedConnector::digest)
+}

@@ -1,0 +1,90 @@
+//! What placing a candidate says of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_controller_api::{Problem, ProblemError};
+use rts_plan::{PlaceError, Placed};
+
+use super::{check, describe, modules, summary};
+use crate::store::SystemRecord;
+
+/// Node → types that it must have.
+pub type Types = BTreeMap<String, BTreeSet<String>>;
+
+/// What the modules of a system's components say of themselves, as far as they say it.
+pub fn described<'a>(
+    placed: &'a Placed,
+    candidate: &SystemRecord,
+    found: &'a modules::Found,
+) -> describe::Descriptions<'a> {
+    let nodes = placed.desired.nodes.iter();
+    let parts = nodes.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
+    parts
+        .filter(|(_, part)| part.system.uid == candidate.uid)
+        .flat_map(|(node, part)| part.components.iter().map(move |c| (node, &c.spec)))
+        .filter_map(|(node, component)| {
+            let description = found.described.get(node)?.get(&component.type_name)?;
+            Some((component.instance.as_str(), description))
+        })
+        .collect()
+}
+
+/// Refuses a candidate that wants another system's instance names; a clash between two others is not its fault.
+pub fn clashes(placed: &Placed, candidate: &SystemRecord) -> Result<(), Problem> {
+    let mut clashes = Vec::new();
+    for problem in &placed.problems {
+        if let PlaceError::InstanceClash {
+            instance, systems, ..
+        } = problem
+            && systems.iter().any(|system| system == candidate.name())
+        {
+            clashes.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, instance),
+                code: "instance-clash".to_owned(),
+                detail: problem.to_string(),
+                help: Some("rename the instance, or tear the other system down".to_owned()),
+            });
+        }
+    }
+    let Some(first) = clashes.first() else {
+        return Ok(());
+    };
+    let detail = summary(&first.detail, clashes.len());
+    Err(Problem::conflict("instance-clash", detail).with_errors(clashes))
+}
+
+/// Types that each known node must have for a system, and a fault for each component on an unknown one.
+pub fn types_by_node(placed: &Placed, candidate: &SystemRecord) -> (Types, Vec<ProblemError>) {
+    let mut faults = Vec::new();
+    let mut unknown = BTreeSet::new();
+    for problem in &placed.problems {
+        if let PlaceError::UnknownNode {
+            system,
+            component,
+            node,
+            ..
+        } = problem
+            && system == candidate.name()
+        {
+            unknown.insert(node);
+            faults.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, component),
+                code: "unknown-node".to_owned(),
+                detail: problem.to_string(),
+                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
+            });
+        }
+    }
+    let mut types = Types::new();
+    let known = placed.desired.nodes.iter();
+    for (node, spec) in known.filter(|(node, _)| !unknown.contains(node)) {
+        let parts = spec.systems.iter();
+        for part in parts.filter(|part| part.system.uid == candidate.uid) {
+            for component in &part.components {
+                let of_node = types.entry(node.clone()).or_default();
+                of_node.insert(component.spec.type_name.clone());
+            }
+        }
+    }
+    (types, faults)
+}

@@ -1,0 +1,40 @@
+//! Numbers that the store gives out, each once: indexes of changes, and revisions.
+
+use std::sync::atomic::Ordering;
+
+use crate::core::{Core, REVISIONS};
+use crate::store::{StoreError, SystemRecord, Write};
+
+impl Core {
+    /// Gives a system that is to be changed its index, and what is to be written with it. The caller holds
+    /// [`Core::admission`].
+    pub fn number(&self, record: &mut SystemRecord) -> Write {
+        let last = self.indexes.fetch_add(1, Ordering::Relaxed);
+        record.index = last.saturating_add(1);
+        Write::Indexes(record.index)
+    }
+
+    /// Stores a change of a system under a new index, durably, then makes it known; gives the index. Wakes nobody. The
+    /// caller holds [`Core::admission`].
+    pub async fn store_change(&self, mut record: SystemRecord) -> Result<u64, StoreError> {
+        let indexes = self.number(&mut record);
+        let put = Write::PutSystem(Box::new(record.clone()));
+        self.store.write(vec![indexes, put]).await?;
+        let (name, index) = (record.name().to_owned(), record.index);
+        self.registry().systems.insert(name, record);
+        Ok(index)
+    }
+
+    /// Reserves revisions before they run out.
+    pub async fn reserve_revisions(&self) {
+        let reserved = self.reserved.load(Ordering::Relaxed);
+        let revision = self.view.revision();
+        if revision + REVISIONS / 2 < reserved {
+            return;
+        }
+        match self.store.reserve_revisions(revision + REVISIONS).await {
+            Ok(()) => self.reserved.store(revision + REVISIONS, Ordering::Relaxed),
+            Err(e) => tracing::error!(error = %crate::chain(&e), "revisions cannot be reserved"),
+        }
+    }
+}
