@@ -1,6 +1,11 @@
 //! Bytes that one plan takes at its peak, beside what goes into it: `plan_memory COMPONENTS first|no-op|one-change`.
 //! Apart from `plan_time`, since counting costs time.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it measures; the planner does not"
+)]
+
 mod fleet;
 
 use std::hint::black_box;

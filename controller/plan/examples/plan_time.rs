@@ -1,5 +1,10 @@
 //! Seconds that one plan takes: `plan_time COMPONENTS first|no-op|one-change RUNS`, one line for each run.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it measures; the planner does not"
+)]
+
 mod fleet;
 
 use std::hint::black_box;

@@ -1,6 +1,8 @@
 //! What can be said of one component or process by itself, before anything is decided about the whole.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
 
 use crate::decide::Fate;
 use crate::index::{Facts, Id, Live, Seat, Want};
@@ -25,8 +27,8 @@ pub(crate) fn ends_unasked<'a>(facts: &Facts<'a>, blocked: &Blocked, seat: &Seat
     let process = facts.processes.get(seat);
     let unasked = process.is_some_and(|m| m.expired.is_some() || silent(&m));
     let ours = seat.1.system.is_some() && facts.nodes.contains(seat.0);
-    let blocked = blocked.contains_key(&target::on(seat.0, &target::manager(&seat.1)));
-    unasked && ours && !blocked
+    let blocked = || blocked.contains_key(&target::on(seat.0, &target::manager(seat.1)));
+    unasked && ours && !blocked()
 }
 
 pub(crate) fn does_not_answer(manager: &ManagerObserved) -> String {
@@ -35,9 +37,9 @@ pub(crate) fn does_not_answer(manager: &ManagerObserved) -> String {
 }
 
 /// Who may have an instance name on a node: one that is there already, else the first.
-pub(crate) fn claims<'a>(facts: &Facts<'a>) -> BTreeMap<(&'a str, &'a str), Id<'a>> {
-    let mut claims: BTreeMap<(&'a str, &'a str), Id<'a>> = BTreeMap::new();
-    for (id, want) in &facts.wants {
+pub(crate) fn claims<'a>(facts: &Facts<'a>) -> FxHashMap<(&'a str, &'a str), Id<'a>> {
+    let mut claims: FxHashMap<(&'a str, &'a str), Id<'a>> = FxHashMap::default();
+    for (id, want) in facts.wants.iter() {
         let claim = claims.entry((want.node, id.instance)).or_insert(*id);
         if facts.instances(*claim).is_empty() && !facts.instances(*id).is_empty() {
             *claim = *id;

@@ -13,6 +13,7 @@ use crate::in_place::{InPlace, in_place};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::links::Links;
 use crate::plan::{Blocked, Work};
+use crate::table::Table;
 use crate::take_down::Down;
 use crate::target;
 
@@ -20,15 +21,15 @@ use crate::target;
 #[derive(Debug, Default)]
 pub(crate) struct Up<'a> {
     /// Processes that start.
-    pub starts: BTreeMap<Seat<'a>, Ix>,
+    pub starts: Table<Seat<'a>, Ix>,
     /// Components that change in place.
-    pub in_place: BTreeMap<Id<'a>, InPlace>,
+    pub in_place: Table<Id<'a>, InPlace>,
     /// Components that are reset.
-    pub resets: BTreeMap<Id<'a>, Ix>,
+    pub resets: Table<Id<'a>, Ix>,
     /// Components that are activated.
-    pub activates: BTreeMap<Id<'a>, Ix>,
+    pub activates: Table<Id<'a>, Ix>,
     /// Components that cannot become Active now, and why.
-    pub waits: BTreeMap<Id<'a>, String>,
+    pub waits: Table<Id<'a>, String>,
     /// Optional components that nobody waits for.
     pub notes: Vec<String>,
 }
@@ -51,18 +52,18 @@ pub(crate) fn add<'a>(
         steps,
         installs: BTreeMap::new(),
         loads: BTreeMap::new(),
-        creates: BTreeMap::new(),
-        configures: BTreeMap::new(),
-        connects: BTreeMap::new(),
+        creates: Table::default(),
+        configures: Table::default(),
+        connects: Table::default(),
         up: Up {
             waits: decisions.waits.clone(),
             ..Up::default()
         },
     };
-    for (id, make) in &decisions.makes {
+    for (id, make) in decisions.makes.iter() {
         bringer.create(*id, make);
     }
-    for (id, live) in &decisions.present {
+    for (id, live) in decisions.present.iter() {
         bringer.change_in_place(*id, *live);
     }
     bringer.connect();
@@ -81,10 +82,10 @@ struct Bringer<'s, 'f, 'a> {
     /// Each system installs for itself, so that no step of one waits for another.
     installs: BTreeMap<(&'a str, &'a str, &'a str, Option<&'a str>), Ix>,
     loads: BTreeMap<(Seat<'a>, &'a str), Ix>,
-    creates: BTreeMap<Id<'a>, Ix>,
-    configures: BTreeMap<Id<'a>, Ix>,
+    creates: Table<Id<'a>, Ix>,
+    configures: Table<Id<'a>, Ix>,
     /// Connect steps at either end of a component.
-    connects: BTreeMap<Id<'a>, Vec<Ix>>,
+    connects: Table<Id<'a>, Vec<Ix>>,
     up: Up<'a>,
 }
 
@@ -132,14 +133,14 @@ impl<'a> Bringer<'_, '_, 'a> {
         if process.is_some_and(|manager| manager.modules.contains(type_name)) {
             return None;
         }
-        if let Some(&load) = self.loads.get(&(seat.clone(), type_name)) {
+        if let Some(&load) = self.loads.get(&(seat, type_name)) {
             return Some(load);
         }
         let start = process.is_none().then(|| self.start(&seat));
         let install = self.install(want);
         let load = self.steps.add(NewStep {
             node: want.node,
-            target: target::module(type_name, &want.key),
+            target: target::module(type_name, want.key),
             system: Some(want.system),
             work: Work::LoadModule {
                 manager: want.key.clone(),
@@ -164,7 +165,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         };
         let start = self.steps.add(NewStep {
             node: seat.0,
-            target: target::manager(&seat.1),
+            target: target::manager(seat.1),
             system: seat.1.system.as_ref(),
             work: Work::StartManager {
                 manager: seat.1.clone(),
@@ -172,7 +173,7 @@ impl<'a> Bringer<'_, '_, 'a> {
             reason: reason.to_owned(),
         });
         self.steps.need(start, stop);
-        self.up.starts.insert(seat.clone(), start);
+        self.up.starts.insert(*seat, start);
         start
     }
 
@@ -229,7 +230,7 @@ impl<'a> Bringer<'_, '_, 'a> {
     }
 
     fn connect(&mut self) {
-        for (key, join) in &self.links.joins {
+        for (key, join) in self.links.joins.iter() {
             let connector = join.connector;
             let step = self.steps.add(NewStep {
                 node: &connector.source.node,
@@ -241,14 +242,9 @@ impl<'a> Bringer<'_, '_, 'a> {
                 reason: join.reason.clone(),
             });
             self.steps.need(step, self.down.cut.get(key).copied());
-            let ends = [&connector.spec.source, &connector.spec.target];
-            for end in ends {
-                let id = Id {
-                    uid: key.0,
-                    instance: &end.instance,
-                };
+            for id in self.facts.links[key].ends {
                 self.steps.need(step, self.creates.get(&id).copied());
-                self.connects.entry(id).or_default().push(step);
+                self.connects.or_default(id).push(step);
             }
         }
     }

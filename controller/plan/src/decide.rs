@@ -6,14 +6,15 @@
 mod obstacle;
 mod processes;
 
-use std::collections::BTreeMap;
+use rustc_hash::FxHashMap;
 
 use crate::alone::{claims, ends_unasked, first_fate, moved};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::observed::ManagerObserved;
-use crate::order::{Order, Standing, making, members};
+use crate::order::{Standing, making, visit};
 use crate::place::recreate_hash;
 use crate::plan::Blocked;
+use crate::table::Table;
 use crate::target;
 
 /// What becomes of an observed component.
@@ -49,19 +50,19 @@ pub(crate) struct Decisions<'a> {
     /// One for each of `Facts::lives`.
     pub fates: Vec<Fate>,
     /// Processes to stop.
-    pub stops: BTreeMap<Seat<'a>, Stop>,
+    pub stops: Table<Seat<'a>, Stop>,
     /// Desired components that have an instance which stays, as desired or held.
-    pub present: BTreeMap<Id<'a>, usize>,
+    pub present: Table<Id<'a>, usize>,
     /// Desired components to create.
-    pub makes: BTreeMap<Id<'a>, Make>,
+    pub makes: Table<Id<'a>, Make>,
     /// Desired components that cannot be brought to their desired state now, and why.
-    pub waits: BTreeMap<Id<'a>, String>,
+    pub waits: Table<Id<'a>, String>,
     /// Processes that have to stop and cannot be stopped now, and why not.
-    pub stuck: BTreeMap<Seat<'a>, (Stop, String)>,
+    pub stuck: Table<Seat<'a>, (Stop, String)>,
 }
 
 /// Desired components that go all the same, since a peer is lost (`onDisconnect: stop`), and why.
-pub(crate) type Doomed<'a> = BTreeMap<Id<'a>, String>;
+pub(crate) type Doomed<'a> = Table<Id<'a>, String>;
 
 /// Decides.
 pub(crate) fn decide<'a>(
@@ -71,7 +72,7 @@ pub(crate) fn decide<'a>(
 ) -> Decisions<'a> {
     let expired = |(seat, manager): (&Seat<'a>, &&ManagerObserved)| {
         let why = manager.expired.as_ref()?;
-        ends_unasked(facts, blocked, seat).then(|| (seat.clone(), why.clone()))
+        ends_unasked(facts, blocked, seat).then(|| (*seat, why.clone()))
     };
     let mut decider = Decider {
         facts,
@@ -103,9 +104,9 @@ struct Decider<'f, 'a> {
     facts: &'f Facts<'a>,
     blocked: &'f Blocked,
     doomed: &'f Doomed<'a>,
-    claims: BTreeMap<(&'a str, &'a str), Id<'a>>,
+    claims: FxHashMap<(&'a str, &'a str), Id<'a>>,
     /// Processes that something asks to be replaced, and why.
-    restarts: BTreeMap<Seat<'a>, String>,
+    restarts: Table<Seat<'a>, String>,
     out: Decisions<'a>,
 }
 
@@ -163,7 +164,7 @@ impl<'a> Decider<'_, 'a> {
             return self.make(want, Make { old, reason });
         }
         // A module stays mapped in its process, so that a new file needs a new process.
-        let manager = target::manager(&want.key);
+        let manager = target::manager(want.key);
         if let Some(why) = self.blocked.get(&target::on(want.node, &manager)) {
             return self.hold(want.id(), format!("{manager} is blocked: {why}"));
         }
@@ -176,7 +177,7 @@ impl<'a> Decider<'_, 'a> {
             },
         );
         if self.out.makes.contains_key(&want.id()) {
-            self.restarts.entry(want.seat()).or_insert(reason);
+            self.restarts.or_insert_with(want.seat(), || reason);
         }
     }
 
@@ -187,7 +188,7 @@ impl<'a> Decider<'_, 'a> {
         for &live in self.facts.instances(id) {
             if !self.out.stops.contains_key(&self.facts.lives[live].seat()) {
                 self.out.fates[live] = Fate::Keep;
-                self.out.present.entry(id).or_insert(live);
+                self.out.present.or_insert_with(id, || live);
             }
         }
     }
@@ -263,7 +264,7 @@ impl<'a> Decider<'_, 'a> {
     /// that one is optional.
     fn start_up_orders(&mut self) {
         let facts = self.facts;
-        for (uid, names) in facts.members() {
+        for (uid, members) in &facts.members {
             let Some(system) = facts.orders.get(uid) else {
                 continue;
             };
@@ -271,8 +272,8 @@ impl<'a> Decider<'_, 'a> {
             if lists.iter().all(|(_, list)| list.is_empty()) {
                 continue;
             }
-            Order::new(&lists, members(facts, uid, names)).walk(|instance, gate| {
-                let id = Id { uid, instance };
+            // What it has to say is said with the steps.
+            visit(facts, members, &lists, |id, gate| {
                 if let (Some(problem), true) = (gate.waits, self.out.makes.contains_key(&id)) {
                     self.hold(id, problem);
                 }

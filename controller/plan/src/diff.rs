@@ -27,13 +27,13 @@ pub(crate) fn changes<'a>(
     up: &Up<'a>,
 ) -> Vec<Change> {
     let mut changes = Vec::new();
-    for (id, make) in &decisions.makes {
+    for (id, make) in decisions.makes.iter() {
         changes.push(made(facts, *id, make.old, &make.reason));
     }
     for id in decisions.present.keys() {
         changes.extend(changed(facts, decisions, down, up, *id));
     }
-    for (id, reason) in &up.waits {
+    for (id, reason) in up.waits.iter() {
         changes.extend(waits(facts, decisions, down, up, *id, reason));
     }
     for (ix, live) in facts.lives.iter().enumerate() {
@@ -256,7 +256,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             fields: facts
                 .links
                 .get(key)
-                .map_or(Vec::new(), |(_, c)| made_with(&c.spec)),
+                .map_or(Vec::new(), |link| made_with(&link.connector.spec)),
         };
         changes.push(blocked(change, Some(&wait.reason)));
     }
@@ -273,7 +273,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             fields: details::joined(facts, join),
         });
     }
-    for (key, cut) in &links.cuts {
+    for (key, cut) in links.cuts.iter() {
         if !links.joins.contains_key(key) {
             let change = Change {
                 action: Action::Remove,

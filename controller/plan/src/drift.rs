@@ -18,7 +18,7 @@ use rts_schemas::system::DriftPolicy;
 use crate::decide::Decisions;
 use crate::desired::{Desired, PlacedComponent};
 use crate::in_place::{Setting, settings};
-use crate::index::{Facts, Id};
+use crate::index::{Facts, Id, Keys};
 use crate::links::Links;
 use crate::observed::{ComponentObserved, LifeCycleState, Observed};
 use crate::peers;
@@ -68,7 +68,8 @@ impl Found {
 
 /// What a person changed by hand, sorted by target: as [`crate::plan()`] gives it, without the plan.
 pub fn drift(desired: &Desired, observed: &Observed) -> Vec<Drift> {
-    let facts = Facts::new(desired, observed);
+    let keys = Keys::of(desired);
+    let facts = Facts::new(&keys, desired, observed);
     let (decisions, links) = peers::settle(&facts, &Blocked::new());
     let found = found(&facts, &decisions, &links);
     found.into_iter().map(|found| found.drift).collect()

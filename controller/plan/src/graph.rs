@@ -5,7 +5,8 @@
 
 mod preferences;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
 
 pub(crate) use self::preferences::{Dropped, Preference};
 use crate::desired::SystemRef;
@@ -77,6 +78,15 @@ pub(crate) struct Numbered {
     pub stuck: Vec<String>,
 }
 
+/// Numbers of steps; none for one that can never start.
+struct Ids(Vec<Option<StepId>>);
+
+impl Ids {
+    fn get(&self, ix: Ix) -> Option<StepId> {
+        self.0[ix]
+    }
+}
+
 impl Steps {
     pub fn add(&mut self, new: NewStep<'_>) -> Ix {
         self.drafts.push(Draft {
@@ -118,20 +128,17 @@ impl Steps {
     pub fn number(mut self) -> Numbered {
         let dropped = self.drop_preferences();
         let order = self.order();
-        let mut ids: BTreeMap<Ix, StepId> = BTreeMap::new();
+        let mut ids = Ids(vec![None; self.drafts.len()]);
         for (ix, id) in order.iter().zip(1..) {
-            ids.insert(*ix, id);
+            ids.0[*ix] = Some(id);
         }
-        let mut stuck = BTreeSet::new();
-        let mut steps = Vec::with_capacity(order.len());
-        for (ix, draft) in self.drafts.into_iter().enumerate() {
-            let Some(&id) = ids.get(&ix) else {
-                stuck.insert(draft.target);
-                continue;
-            };
-            steps.push(draft.into_step(id, &ids));
-        }
-        steps.sort_by_key(|step| step.id);
+        let mut drafts: Vec<Option<Draft>> = self.drafts.into_iter().map(Some).collect();
+        let steps = order.into_iter().filter_map(|ix| {
+            let (id, draft) = (ids.get(ix)?, drafts[ix].take()?);
+            Some(draft.into_step(id, &ids))
+        });
+        let steps = steps.collect();
+        let stuck: BTreeSet<String> = drafts.into_iter().flatten().map(|d| d.target).collect();
         Numbered {
             steps,
             dropped,
@@ -149,39 +156,54 @@ impl Steps {
                 open[ix] += 1;
             }
         }
-        let key = |ix: Ix| {
-            let draft = &self.drafts[ix];
-            (rank(&draft.work), &draft.node, &draft.target, ix)
-        };
-        let mut ready: BTreeSet<_> = (0..self.drafts.len())
-            .filter(|ix| open[*ix] == 0)
-            .map(key)
-            .collect();
-        let mut order = Vec::with_capacity(self.drafts.len());
-        while let Some((_, _, _, ix)) = ready.pop_first() {
+        let sorted = self.sorted();
+        let mut place: Vec<usize> = vec![0; sorted.len()];
+        for (nr, ix) in sorted.iter().enumerate() {
+            place[*ix] = nr;
+        }
+        let free = (0..sorted.len()).filter(|ix| open[*ix] == 0);
+        let mut ready: BinaryHeap<Reverse<usize>> = free.map(|ix| Reverse(place[ix])).collect();
+        let mut order = Vec::with_capacity(sorted.len());
+        while let Some(Reverse(nr)) = ready.pop() {
+            let ix = sorted[nr];
             order.push(ix);
             for &next in &after[ix] {
                 open[next] -= 1;
                 if open[next] == 0 {
-                    ready.insert(key(next));
+                    ready.push(Reverse(place[next]));
                 }
             }
         }
         order
     }
+
+    /// All steps by kind, node and target.
+    fn sorted(&self) -> Vec<Ix> {
+        let mut sorted: Vec<Ix> = (0..self.drafts.len()).collect();
+        let key = |ix: Ix| {
+            let draft = &self.drafts[ix];
+            (rank(&draft.work), &draft.node, &draft.target, ix)
+        };
+        sorted.sort_unstable_by(|one, other| key(*one).cmp(&key(*other)));
+        sorted
+    }
 }
 
 impl Draft {
-    fn before(&self) -> BTreeSet<Ix> {
+    /// What stands before it, each once.
+    fn before(&self) -> Vec<Ix> {
         let gate = &self.gate;
         let hard = gate.needs.iter().chain(&gate.starts).chain(&gate.ends);
         let soft = self.prefers.iter().map(|(on, _)| on);
-        hard.chain(soft).copied().collect()
+        let mut all: Vec<Ix> = hard.chain(soft).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 
-    fn into_step(self, id: StepId, ids: &BTreeMap<Ix, StepId>) -> Step {
+    fn into_step(self, id: StepId, ids: &Ids) -> Step {
         let number = |set: &BTreeSet<Ix>| {
-            let mut numbers: Vec<_> = set.iter().filter_map(|ix| ids.get(ix).copied()).collect();
+            let mut numbers: Vec<_> = set.iter().filter_map(|ix| ids.get(*ix)).collect();
             numbers.sort_unstable();
             numbers
         };
@@ -214,13 +236,13 @@ impl Draft {
     }
 
     /// The rules of orders; a preference counts where no order says anything.
-    fn because(&self, ids: &BTreeMap<Ix, StepId>) -> Vec<Because> {
+    fn because(&self, ids: &Ids) -> Vec<Because> {
         let ordered: BTreeSet<Ix> = self.gate.because.iter().map(|(ix, _)| *ix).collect();
         let soft = self.prefers.iter().filter(|(on, _)| !ordered.contains(on));
         let soft = soft.map(|(on, why)| (*on, why.rule(&self.work)));
         let all = self.gate.because.iter().copied().chain(soft);
         let because = |(ix, rule)| {
-            let step = *ids.get(&ix)?;
+            let step = ids.get(ix)?;
             Some(Because { step, rule })
         };
         let mut all: Vec<Because> = all.filter_map(because).collect();

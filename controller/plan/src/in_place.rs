@@ -150,6 +150,10 @@ pub(crate) fn settings<'a>(
         default: false,
     });
     let mut all: Vec<_> = active.into_iter().collect();
+    if spec.configuration.sets == live.configuration.sets {
+        // Nothing is there that nobody wrote.
+        return all;
+    }
     for (set, values) in values(spec, live) {
         let own = live.configuration.sets.get(set);
         let written = spec.configuration.sets.get(set);
@@ -171,12 +175,12 @@ pub(crate) fn settings<'a>(
 /// The rate, compared with the spec only.
 fn rate(spec: &ComponentSpec, live: &ComponentObserved) -> Option<(f64, FieldChange)> {
     let rate = spec.execution_context.rate?;
-    let field = FieldChange {
+    let field = || FieldChange {
         field: "rate".to_owned(),
         old: Some(live.rate.to_string()),
         new: Some(rate.to_string()),
     };
-    (!same_rate(rate, live.rate)).then_some((rate, field))
+    (!same_rate(rate, live.rate)).then(|| (rate, field()))
 }
 
 /// The policy without a peer, compared always.
@@ -185,12 +189,12 @@ fn on_disconnect(
     live: &ComponentObserved,
 ) -> Option<(OnDisconnect, FieldChange)> {
     let policy = spec.policy.on_disconnect;
-    let field = FieldChange {
+    let field = || FieldChange {
         field: "onDisconnect".to_owned(),
         old: Some(live.on_disconnect.as_str().to_owned()),
         new: Some(policy.as_str().to_owned()),
     };
-    (policy != live.on_disconnect).then_some((policy, field))
+    (policy != live.on_disconnect).then(|| (policy, field()))
 }
 
 fn reason(name: &str, field: &FieldChange) -> String {

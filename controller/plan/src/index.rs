@@ -1,23 +1,23 @@
 //! Desired and observed state, indexed: every later part looks things up here and never scans.
+//!
+//! Components, processes and connectors are numbered once ([`names`]), so that every map over them is a table.
+
+mod names;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{OnDisconnect, Orders, PortKind};
+use rustc_hash::FxHashMap;
 
+pub(crate) use self::names::{Id, Keys, LinkId, Seat};
+use self::names::{Ids, LinkIds, Seats};
 use crate::desired::{
     Desired, ManagerKey, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
-use crate::observed::{ComponentObserved, Held, ManagerObserved, NodeObserved, Observed};
-
-/// Identity of a component: system uid and instance name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Id<'a> {
-    pub uid: &'a str,
-    pub instance: &'a str,
-}
-
-/// Identity of a process: node and key.
-pub(crate) type Seat<'a> = (&'a str, ManagerKey);
+use crate::observed::{
+    ComponentObserved, ConnectorObserved, Held, Inventory, ManagerObserved, NodeObserved, Observed,
+};
+use crate::table::Table;
 
 /// A desired component.
 #[derive(Debug)]
@@ -25,19 +25,18 @@ pub(crate) struct Want<'a> {
     pub node: &'a str,
     pub system: &'a SystemRef,
     pub placed: &'a PlacedComponent,
-    pub key: ManagerKey,
+    pub key: &'a ManagerKey,
+    id: Id<'a>,
+    seat: Seat<'a>,
 }
 
 impl<'a> Want<'a> {
     pub fn id(&self) -> Id<'a> {
-        Id {
-            uid: &self.system.uid,
-            instance: &self.placed.spec.instance,
-        }
+        self.id
     }
 
     pub fn seat(&self) -> Seat<'a> {
-        (self.node, self.key.clone())
+        self.seat
     }
 
     pub fn on_disconnect(&self) -> OnDisconnect {
@@ -51,19 +50,27 @@ pub(crate) struct Live<'a> {
     pub node: &'a str,
     pub manager: &'a ManagerObserved,
     pub component: &'a ComponentObserved,
+    id: Option<Id<'a>>,
+    seat: Seat<'a>,
 }
 
 impl<'a> Live<'a> {
     pub fn id(&self) -> Option<Id<'a>> {
-        self.component.system.as_ref().map(|system| Id {
-            uid: &system.uid,
-            instance: &self.component.instance,
-        })
+        self.id
     }
 
     pub fn seat(&self) -> Seat<'a> {
-        (self.node, self.manager.key.clone())
+        self.seat
     }
+}
+
+/// A desired connector.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Link<'a> {
+    pub system: &'a SystemRef,
+    pub connector: &'a PlacedConnector,
+    /// The components at its source and its target.
+    pub ends: [Id<'a>; 2],
 }
 
 /// A system's orders, once for all nodes.
@@ -75,26 +82,33 @@ pub(crate) struct SystemOrders<'a> {
 /// Everything, indexed.
 #[derive(Debug, Default)]
 pub(crate) struct Facts<'a> {
-    pub wants: BTreeMap<Id<'a>, Want<'a>>,
-    /// Desired connectors by system uid and name.
-    pub links: BTreeMap<(&'a str, &'a str), (&'a SystemRef, &'a PlacedConnector)>,
+    ids: Ids<'a>,
+    link_ids: LinkIds<'a>,
+    pub wants: Table<Id<'a>, Want<'a>>,
+    /// Desired connectors.
+    pub links: Table<LinkId<'a>, Link<'a>>,
     pub orders: BTreeMap<&'a str, SystemOrders<'a>>,
     /// Nodes that were told what to run.
     pub nodes: BTreeSet<&'a str>,
     /// Nodes with something to run, or to stop, that did not answer, and why.
     pub unknown: BTreeMap<&'a str, &'a str>,
-    pub processes: BTreeMap<Seat<'a>, &'a ManagerObserved>,
+    pub processes: Table<Seat<'a>, &'a ManagerObserved>,
     pub lives: Vec<Live<'a>>,
-    pub by_id: BTreeMap<Id<'a>, Vec<usize>>,
-    pub by_name: BTreeMap<(&'a str, &'a str), Vec<usize>>,
-    pub by_incarnation: BTreeMap<&'a str, usize>,
-    pub by_seat: BTreeMap<Seat<'a>, Vec<usize>>,
+    by_id: Table<Id<'a>, Vec<usize>>,
+    pub by_name: FxHashMap<(&'a str, &'a str), Vec<usize>>,
+    pub by_incarnation: FxHashMap<&'a str, usize>,
+    by_seat: Table<Seat<'a>, Vec<usize>>,
+    /// Identities of the connectors of all `lives`, one after the other, and where those of each end.
+    live_links: Vec<LinkId<'a>>,
+    links_end: Vec<usize>,
     /// Processes in which something is desired.
-    pub wanted_seats: BTreeMap<Seat<'a>, Vec<Id<'a>>>,
+    pub wanted_seats: Table<Seat<'a>, Vec<Id<'a>>>,
     /// By node and component: why its agent does not bring it up again.
     held: BTreeMap<(&'a str, Id<'a>), &'a str>,
     /// Peer → the components that stop without it (`onDisconnect: stop`), with the connector between them.
-    pub leans: BTreeMap<Id<'a>, Vec<(Id<'a>, &'a str)>>,
+    pub leans: Table<Id<'a>, Vec<(Id<'a>, &'a str)>>,
+    /// Systems with at least one desired component, and their members.
+    pub members: BTreeMap<&'a str, Vec<Id<'a>>>,
 }
 
 /// True when a component is held under the part of its system that is desired now.
@@ -107,23 +121,18 @@ fn counts(held: &Held, parts: Option<&Vec<NodeSystem>>) -> bool {
 }
 
 impl<'a> Facts<'a> {
-    pub fn new(desired: &'a Desired, observed: &'a Observed) -> Self {
-        let mut facts = Self::default();
-        facts.add_desired(desired);
+    /// `keys` are those of `desired`.
+    pub fn new(keys: &'a Keys, desired: &'a Desired, observed: &'a Observed) -> Self {
+        let mut facts = Self {
+            ids: Ids::of(desired, observed),
+            ..Self::default()
+        };
+        let seats = Seats::of(keys, desired, observed);
+        facts.add_desired(desired, &seats);
         facts.add_leans();
         for (node, answer) in &observed.nodes {
             if let NodeObserved::Known(inventory) = answer {
-                for manager in &inventory.managers {
-                    facts.add_process(node, manager);
-                }
-                let parts = desired.nodes.get(node).map(|spec| &spec.systems);
-                for held in inventory.held.iter().filter(|held| counts(held, parts)) {
-                    let id = Id {
-                        uid: &held.system.uid,
-                        instance: &held.instance,
-                    };
-                    facts.held.insert((node, id), &held.reason);
-                }
+                facts.add_inventory(node, inventory, desired, &seats);
             }
         }
         for (node, spec) in &desired.nodes {
@@ -139,7 +148,7 @@ impl<'a> Facts<'a> {
         facts
     }
 
-    fn add_desired(&mut self, desired: &'a Desired) {
+    fn add_desired(&mut self, desired: &'a Desired, seats: &Seats<'a>) {
         for (node, spec) in &desired.nodes {
             self.nodes.insert(node);
             for part in &spec.systems {
@@ -148,67 +157,143 @@ impl<'a> Facts<'a> {
                 };
                 self.orders.entry(&part.system.uid).or_insert(orders);
                 for connector in &part.connectors {
-                    let key = (part.system.uid.as_str(), connector.spec.name.as_str());
-                    self.links.insert(key, (&part.system, connector));
+                    self.add_link(part, connector);
                 }
                 for placed in &part.components {
-                    let want = Want {
-                        node,
-                        system: &part.system,
-                        placed,
-                        key: ManagerKey {
-                            system: Some(part.system.clone()),
-                            name: placed.manager.clone(),
-                        },
-                    };
-                    let seat = self.wanted_seats.entry(want.seat()).or_default();
-                    seat.push(want.id());
-                    self.wants.insert(want.id(), want);
+                    self.add_want(node, part, placed, seats);
                 }
             }
         }
+        for id in self.wants.keys() {
+            self.members.entry(id.uid).or_default().push(*id);
+        }
+    }
+
+    fn add_link(&mut self, part: &'a NodeSystem, connector: &'a PlacedConnector) {
+        let (uid, spec) = (part.system.uid.as_str(), &connector.spec);
+        let ends = [&spec.source, &spec.target].map(|end| self.ids.get(uid, &end.instance));
+        if let [Some(source), Some(target)] = ends {
+            let link = Link {
+                system: &part.system,
+                connector,
+                ends: [source, target],
+            };
+            let id = self.link_ids.number(uid, &spec.name);
+            self.links.insert(id, link);
+        }
+    }
+
+    fn add_want(
+        &mut self,
+        node: &'a str,
+        part: &'a NodeSystem,
+        placed: &'a PlacedComponent,
+        seats: &Seats<'a>,
+    ) {
+        let id = self.ids.get(&part.system.uid, &placed.spec.instance);
+        let seat = seats.wanted(node, &part.system, &placed.manager);
+        let (Some(id), Some(seat)) = (id, seat) else {
+            return;
+        };
+        self.wanted_seats.or_default(seat).push(id);
+        let want = Want {
+            node,
+            system: &part.system,
+            placed,
+            key: seat.1,
+            id,
+            seat,
+        };
+        self.wants.insert(id, want);
     }
 
     fn add_leans(&mut self) {
-        let mut leans: BTreeMap<Id<'a>, Vec<(Id<'a>, &'a str)>> = BTreeMap::new();
-        for ((uid, name), (_, connector)) in &self.links {
-            let [source, target] = ends(uid, connector);
+        let mut leans: Table<Id<'a>, Vec<(Id<'a>, &'a str)>> = Table::default();
+        for (key, link) in self.links.iter() {
+            let [source, target] = link.ends;
             for (id, peer) in [(source, target), (target, source)] {
                 let want = self.wants.get(&id);
                 let stops = want.is_some_and(|want| want.on_disconnect() == OnDisconnect::Stop);
-                let data = connector.spec.kind == PortKind::Data;
+                let data = link.connector.spec.kind == PortKind::Data;
                 if stops && data && id != peer && self.wants.contains_key(&peer) {
-                    leans.entry(peer).or_default().push((id, name));
+                    leans.or_default(peer).push((id, key.1));
                 }
             }
         }
         self.leans = leans;
     }
 
-    fn add_process(&mut self, node: &'a str, manager: &'a ManagerObserved) {
-        let seat = (node, manager.key.clone());
+    fn add_inventory(
+        &mut self,
+        node: &'a str,
+        inventory: &'a Inventory,
+        desired: &'a Desired,
+        seats: &Seats<'a>,
+    ) {
+        for manager in &inventory.managers {
+            if let Some(seat) = seats.get(node, &manager.key) {
+                self.add_process(seat, manager);
+            }
+        }
+        let parts = desired.nodes.get(node).map(|spec| &spec.systems);
+        for held in inventory.held.iter().filter(|held| counts(held, parts)) {
+            if let Some(id) = self.ids.get(&held.system.uid, &held.instance) {
+                self.held.insert((node, id), &held.reason);
+            }
+        }
+    }
+
+    fn add_process(&mut self, seat: Seat<'a>, manager: &'a ManagerObserved) {
         if self.processes.contains_key(&seat) {
             // Its flock makes a second process of one key impossible; an inventory that says so is not acted upon.
             return;
         }
-        self.by_seat.entry(seat.clone()).or_default();
         self.processes.insert(seat, manager);
+        let first = self.lives.len();
         for component in &manager.components {
+            let index = self.lives.len();
+            let system = component.system.as_ref();
+            for connector in &component.connectors {
+                let uid = system.map_or("", |system| system.uid.as_str());
+                let link = self.link_ids.number(uid, &connector.name);
+                self.live_links.push(link);
+            }
+            self.links_end.push(self.live_links.len());
             let live = Live {
-                node,
+                node: seat.0,
                 manager,
                 component,
+                id: system.and_then(|system| self.ids.get(&system.uid, &component.instance)),
+                seat,
             };
-            let index = self.lives.len();
             self.lives.push(live);
             if let Some(id) = live.id() {
-                self.by_id.entry(id).or_default().push(index);
+                self.by_id.or_default(id).push(index);
             }
-            let name = (node, component.instance.as_str());
+            let name = (seat.0, component.instance.as_str());
             self.by_name.entry(name).or_default().push(index);
             self.by_incarnation.insert(&component.incarnation, index);
-            self.by_seat.entry(live.seat()).or_default().push(index);
         }
+        self.by_seat
+            .insert(seat, (first..self.lives.len()).collect());
+    }
+
+    /// A component by its names; none for one that is neither desired nor observed.
+    pub fn id(&self, uid: &str, instance: &str) -> Option<Id<'a>> {
+        self.ids.get(uid, instance)
+    }
+
+    /// The connectors of an observed component, with their identities.
+    pub fn connectors(
+        &self,
+        live: usize,
+    ) -> impl Iterator<Item = (LinkId<'a>, &'a ConnectorObserved)> {
+        let before = live
+            .checked_sub(1)
+            .and_then(|live| self.links_end.get(live));
+        let begin = before.copied().unwrap_or_default();
+        let own = self.live_links[begin..self.links_end[live]].iter();
+        own.copied().zip(&self.lives[live].component.connectors)
     }
 
     /// The processes' contents, by index into `lives`.
@@ -228,26 +313,6 @@ impl<'a> Facts<'a> {
 
     /// True when anything of a system is desired.
     pub fn has_members(&self, uid: &'a str) -> bool {
-        let first = Id { uid, instance: "" };
-        let next = self.wants.range(first..).next();
-        next.is_some_and(|(id, _)| id.uid == uid)
+        self.members.contains_key(uid)
     }
-
-    /// Systems with at least one desired component, and their members.
-    pub fn members(&self) -> BTreeMap<&'a str, Vec<&'a str>> {
-        let mut members: BTreeMap<&'a str, Vec<&'a str>> = BTreeMap::new();
-        for id in self.wants.keys() {
-            members.entry(id.uid).or_default().push(id.instance);
-        }
-        members
-    }
-}
-
-/// The components at the source and the target of a connector.
-pub(crate) fn ends<'a>(uid: &'a str, connector: &'a PlacedConnector) -> [Id<'a>; 2] {
-    let spec = &connector.spec;
-    [&spec.source, &spec.target].map(|end| Id {
-        uid,
-        instance: &end.instance,
-    })
 }

@@ -33,6 +33,7 @@ mod links;
 mod order;
 mod peers;
 mod service;
+mod table;
 mod take_down;
 
 pub use check::check_orders;

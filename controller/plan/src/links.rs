@@ -8,18 +8,17 @@ mod by_hand;
 pub(crate) mod compare;
 mod left_overs;
 
-use std::collections::BTreeMap;
-
 use rts_schemas::system::PortKind;
 
 use self::compare::Match;
 use crate::decide::Decisions;
 use crate::desired::{PlacedConnector, SystemRef};
 use crate::drift::Found;
-use crate::index::{Facts, Id, ends};
+use crate::index::{Facts, Id, Link, LinkId};
 use crate::observed::{ConnectorObserved, ConnectorState};
 use crate::peers::Idle;
 use crate::plan::{Blocked, FieldChange};
+use crate::table::Table;
 use crate::target;
 
 /// A connector that is there and has to go.
@@ -39,6 +38,8 @@ pub(crate) struct Cut<'a> {
 pub(crate) struct Join<'a> {
     pub system: &'a SystemRef,
     pub connector: &'a PlacedConnector,
+    /// The component at its source.
+    pub source: Id<'a>,
     /// True when there was one of this name before.
     pub again: bool,
     pub fields: Vec<FieldChange>,
@@ -72,16 +73,16 @@ pub(crate) enum Flow {
 /// All decisions about connectors, by system uid and name.
 #[derive(Debug, Default)]
 pub(crate) struct Links<'a> {
-    pub cuts: BTreeMap<(&'a str, &'a str), Cut<'a>>,
-    pub joins: BTreeMap<(&'a str, &'a str), Join<'a>>,
+    pub cuts: Table<LinkId<'a>, Cut<'a>>,
+    pub joins: Table<LinkId<'a>, Join<'a>>,
     /// What cannot be made now.
-    pub waits: BTreeMap<(&'a str, &'a str), Wait<'a>>,
+    pub waits: Table<LinkId<'a>, Wait<'a>>,
     /// Service connectors, which have no steps yet: system name and connector name.
     pub services: Vec<(&'a str, &'a str)>,
     /// Components that must not be Active for want of a connector.
-    pub idle: BTreeMap<Id<'a>, Idle>,
+    pub idle: Table<Id<'a>, Idle>,
     /// What a person changed by hand; what is left of it is in none of the above.
-    pub by_hand: BTreeMap<(&'a str, &'a str), Found>,
+    pub by_hand: Table<LinkId<'a>, Found>,
 }
 
 /// One end of a desired connector once the plan is carried out.
@@ -104,9 +105,9 @@ pub(crate) fn decide<'a>(
 ) -> Links<'a> {
     let mut links = Links::default();
     left_overs::cut(facts, decisions, &mut links);
-    for (key, (system, connector)) in &facts.links {
-        if connector.spec.kind == PortKind::Service {
-            let name = (system.name.as_str(), connector.spec.name.as_str());
+    for (key, link) in facts.links.iter() {
+        if link.connector.spec.kind == PortKind::Service {
+            let name = (link.system.name.as_str(), key.1);
             links.services.push(name);
             continue;
         }
@@ -115,11 +116,11 @@ pub(crate) fn decide<'a>(
             decisions,
             blocked,
             key: *key,
-            system,
-            connector,
+            link: *link,
         };
         linker.decide(&mut links);
     }
+    links.services.sort_unstable();
     links
 }
 
@@ -127,9 +128,8 @@ struct Linker<'f, 'a> {
     facts: &'f Facts<'a>,
     decisions: &'f Decisions<'a>,
     blocked: &'f Blocked,
-    key: (&'a str, &'a str),
-    system: &'a SystemRef,
-    connector: &'a PlacedConnector,
+    key: LinkId<'a>,
+    link: Link<'a>,
 }
 
 impl<'a> Linker<'_, 'a> {
@@ -154,25 +154,24 @@ impl<'a> Linker<'_, 'a> {
             return;
         };
         let reason = by_hand.as_ref().map_or(reason, by_hand::repaired);
-        let name = target::connector(&self.connector.spec.name);
-        if let Some(why) = self
-            .blocked
-            .get(&target::on(&self.connector.source.node, &name))
-        {
+        let node = &self.link.connector.source.node;
+        let name = || target::connector(self.key.1);
+        if let Some(why) = target::why_blocked(self.blocked, node, name) {
             return self.wait(links, why.clone(), true);
         }
         if let Some((source, connector)) = observed {
-            links.cuts.entry(self.key).or_insert_with(|| Cut {
+            links.cuts.or_insert_with(self.key, || Cut {
                 source,
-                system: Some(self.system),
+                system: Some(self.link.system),
                 connector,
                 dying_target: None,
                 reason: reason.clone(),
             });
         }
         let join = Join {
-            system: self.system,
-            connector: self.connector,
+            system: self.link.system,
+            connector: self.link.connector,
+            source: self.id(0),
             again: self.had_before() || observed.is_some(),
             fields,
             reason,
@@ -223,7 +222,7 @@ impl<'a> Linker<'_, 'a> {
     }
 
     fn id(&self, end: usize) -> Id<'a> {
-        ends(&self.system.uid, self.connector)[end]
+        self.link.ends[end]
     }
 
     fn end(&self, end: usize) -> End {
@@ -256,7 +255,7 @@ impl<'a> Linker<'_, 'a> {
         let connectors = &self.facts.lives[live].component.connectors;
         connectors
             .iter()
-            .find(|c| c.name == self.connector.spec.name)
+            .find(|c| c.name == self.link.connector.spec.name)
     }
 
     /// True when the source that is made again had this connector.
@@ -268,13 +267,13 @@ impl<'a> Linker<'_, 'a> {
 
     /// True when nobody can say what is at an end.
     fn unseen(&self, end: usize) -> bool {
-        let places = [&self.connector.source, &self.connector.target];
+        let places = [&self.link.connector.source, &self.link.connector.target];
         self.facts.unknown.contains_key(places[end].node.as_str()) || self.silent(self.id(end))
     }
 
     fn wait(&self, links: &mut Links<'a>, reason: String, missing: bool) {
         let wait = Wait {
-            system: self.system,
+            system: self.link.system,
             reason,
             transient: false,
             missing,
@@ -292,7 +291,7 @@ impl<'a> Linker<'_, 'a> {
 
     fn pending(&self, links: &mut Links<'a>) {
         let wait = Wait {
-            system: self.system,
+            system: self.link.system,
             reason: "is being connected".to_owned(),
             transient: true,
             missing: false,

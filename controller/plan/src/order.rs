@@ -13,11 +13,11 @@ mod walk;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
 use rts_schemas::system::{Condition, Orders, SendingTiming, WaitFor};
 
-use crate::graph::Ix;
+use crate::graph::{Gate, Ix};
 use crate::index::{Facts, Id};
 use crate::plan::{OnTimeout, OrderName, Rule};
 
@@ -37,15 +37,37 @@ pub(crate) fn members<'a, 'f>(
     names: impl IntoIterator<Item = &'a str> + 'f,
 ) -> impl Iterator<Item = Member<'a>> + 'f {
     names.into_iter().map(move |name| {
-        let want = facts.wants.get(&Id {
-            uid,
-            instance: name,
-        });
+        let id = facts.id(uid, name);
+        let want = id.and_then(|id| facts.wants.get(&id));
         Member {
             name,
             required: want.is_none_or(|want| want.placed.spec.required),
         }
     })
+}
+
+/// Visits the components of one system in the order that these lists ask for. Gives what has to be said of it.
+pub(crate) fn visit<'a>(
+    facts: &Facts<'a>,
+    ids: &[Id<'a>],
+    lists: &[List<'a>],
+    mut visit: impl FnMut(Id<'a>, Gate) -> Standing,
+) -> Vec<String> {
+    let silent = lists.iter().all(|(_, list)| list.is_empty());
+    let Some(uid) = ids.first().map(|id| id.uid).filter(|_| !silent) else {
+        // Nobody comes before anybody: there is no graph to build.
+        for id in ids {
+            visit(*id, Gate::default());
+        }
+        return Vec::new();
+    };
+    let members = members(facts, uid, ids.iter().map(|id| id.instance));
+    let order = Order::new(lists, members);
+    let over = order.walk(|instance, gate| match facts.id(uid, instance) {
+        Some(id) => visit(id, gate),
+        None => Standing::Done,
+    });
+    order.tell(&over)
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -156,7 +178,7 @@ impl<'a> Order<'a> {
     /// Drops edges of `numbered` that are part of a circle.
     fn relax(&mut self, numbered: &BTreeSet<EdgeIndex>) {
         let mut group_of = vec![0; self.graph.node_count()];
-        for (number, group) in tarjan_scc(&self.graph).into_iter().enumerate() {
+        for (number, group) in kosaraju_scc(&self.graph).into_iter().enumerate() {
             for node in group {
                 group_of[node.index()] = number;
             }
@@ -263,7 +285,7 @@ impl<'a> Order<'a> {
 
     /// Groups of components that wait for each other, each sorted.
     pub fn cycles(&self) -> Vec<Vec<&'a str>> {
-        let mut cycles: Vec<Vec<&'a str>> = tarjan_scc(&self.graph)
+        let mut cycles: Vec<Vec<&'a str>> = kosaraju_scc(&self.graph)
             .into_iter()
             .filter(|group| self.is_cycle(group))
             .map(|group| self.names(&group))

@@ -3,15 +3,14 @@
 //! A component's manager acts at once when a peer is lost. The plan brings the component back only when all its data
 //! connectors are connected, and acts itself where the manager did not.
 
-use std::collections::BTreeMap;
-
 use rts_schemas::system::{OnDisconnect, PortKind};
 
 use crate::decide::{Decisions, Doomed, decide};
-use crate::index::{Facts, Id, Live, ends};
+use crate::index::{Facts, Id, Live};
 use crate::links::{self, Flow, Links};
 use crate::observed::LifeCycleState;
 use crate::plan::Blocked;
+use crate::table::Table;
 use crate::target;
 
 /// A component that must not be Active now.
@@ -37,7 +36,7 @@ impl Idle {
 /// Decides what becomes of components and connectors. A component that must stop for a lost peer takes others with
 /// it, so that it goes on until no more are found: at most once for each component.
 pub(crate) fn settle<'a>(facts: &Facts<'a>, blocked: &Blocked) -> (Decisions<'a>, Links<'a>) {
-    let mut doomed = Doomed::new();
+    let mut doomed = Doomed::default();
     loop {
         let decisions = decide(facts, blocked, &doomed);
         let mut links = links::decide(facts, &decisions, blocked);
@@ -51,13 +50,13 @@ pub(crate) fn settle<'a>(facts: &Facts<'a>, blocked: &Blocked) -> (Decisions<'a>
 }
 
 /// Components with a policy and a connector that is neither there nor made by the plan.
-fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> BTreeMap<Id<'a>, Idle> {
-    let mut idle: BTreeMap<Id<'a>, Idle> = BTreeMap::new();
-    for (key, (_, connector)) in &facts.links {
-        if connector.spec.kind != PortKind::Data || links.joins.contains_key(key) {
+fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> Table<Id<'a>, Idle> {
+    let mut idle: Table<Id<'a>, Idle> = Table::default();
+    for (key, link) in facts.links.iter() {
+        if link.connector.spec.kind != PortKind::Data || links.joins.contains_key(key) {
             continue;
         }
-        let [source, target] = ends(key.0, connector);
+        let [source, target] = link.ends;
         let by_hand = links.left_out(key);
         let (flow, transient) = match links.waits.get(key) {
             Some(wait) => (wait.flow, wait.transient),
@@ -106,7 +105,7 @@ fn stopping<'a>(
     blocked: &Blocked,
     links: &Links<'a>,
 ) -> Doomed<'a> {
-    let mut doomed = Doomed::new();
+    let mut doomed = Doomed::default();
     let stops = |id: &Id<'a>| {
         let want = &facts.wants[id];
         want.on_disconnect() == OnDisconnect::Stop
@@ -141,7 +140,8 @@ pub(crate) fn acting<'f, 'a>(
 ) -> Option<(usize, &'f Live<'a>)> {
     let ix = *decisions.present.get(id)?;
     let live = &facts.lives[ix];
-    let own = target::on(live.node, &target::component(id.instance));
+    let own = || target::component(id.instance);
+    let blocked = target::why_blocked(blocked, live.node, own).is_some();
     let active = live.component.state == LifeCycleState::Active && live.manager.responsive;
-    (active && facts.nodes.contains(live.node) && !blocked.contains_key(&own)).then_some((ix, live))
+    (active && facts.nodes.contains(live.node) && !blocked).then_some((ix, live))
 }

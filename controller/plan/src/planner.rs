@@ -29,7 +29,7 @@ use crate::desired::Desired;
 use crate::diff;
 use crate::drift::{self, Found};
 use crate::graph::{Numbered, Preference, Steps};
-use crate::index::Facts;
+use crate::index::{Facts, Keys};
 use crate::links::Links;
 use crate::observed::Observed;
 use crate::peers;
@@ -42,7 +42,8 @@ use crate::target;
 ///
 /// `blocked` names targets ([`target::on`]) that failed and must not be tried again yet.
 pub fn plan(desired: &Desired, observed: &Observed, blocked: &Blocked) -> Plan {
-    let facts = Facts::new(desired, observed);
+    let keys = Keys::of(desired);
+    let facts = Facts::new(&keys, desired, observed);
     let (decisions, links) = peers::settle(&facts, blocked);
     let mut steps = Steps::default();
     let down = take_down::add(&facts, &decisions, &links, blocked, &mut steps);
@@ -77,18 +78,18 @@ fn waiting_on(
         let instance = &facts.lives[*ix].component.instance;
         wait(target::component(instance), reason.clone());
     }
-    for ((_, name), reason) in &down.stuck_cuts {
-        wait(target::connector(name), reason.clone());
+    for (link, reason) in down.stuck_cuts.iter() {
+        wait(target::connector(link.1), reason.clone());
     }
-    for ((_, key), (stop, why)) in &decisions.stuck {
+    for (seat, (stop, why)) in decisions.stuck.iter() {
         let reason = match stop {
             Stop::Unwanted => why.clone(),
             Stop::Restart(reason) => format!("is to be replaced: {reason}; blocked: {why}"),
         };
-        wait(target::manager(key), reason);
+        wait(target::manager(seat.1), reason);
     }
-    for (seat, manager) in &facts.processes {
-        let (node, key) = seat;
+    for (seat, manager) in facts.processes.iter() {
+        let (node, key) = (seat.0, seat.1);
         let ends = decisions.stops.contains_key(seat) || decisions.stuck.contains_key(seat);
         if !manager.responsive && !ends && key.system.is_some() && facts.nodes.contains(node) {
             let pid = manager.pid;
@@ -98,14 +99,14 @@ fn waiting_on(
             wait(target::manager(key), reason);
         }
     }
-    for (id, reason) in &up.waits {
+    for (id, reason) in up.waits.iter() {
         let idle = links.idle.get(id).filter(|idle| idle.reason == *reason);
         let transient = idle.is_some_and(|idle| idle.transient);
         waiting.insert(target::component(id.instance), (reason.clone(), transient));
     }
-    for ((_, name), wait) in &links.waits {
+    for (link, wait) in links.waits.iter() {
         let entry = (wait.reason.clone(), wait.transient);
-        waiting.insert(target::connector(name), entry);
+        waiting.insert(target::connector(link.1), entry);
     }
     for target in &numbered.stuck {
         waiting
@@ -131,7 +132,7 @@ fn notes<'a>(
     by_hand: &[Found],
 ) -> Vec<String> {
     let mut notes = Vec::new();
-    for (seat, manager) in &facts.processes {
+    for (seat, manager) in facts.processes.iter() {
         let (node, name) = (seat.0, seat.1.display_name());
         if seat.1.system.is_none() {
             notes.push(format!(

@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 use crate::alone::made_by_hand;
 use crate::decide::{Decisions, Fate, Stop};
 use crate::graph::{Ix, NewStep, Steps};
-use crate::index::{Facts, Id, Live, Seat};
+use crate::index::{Facts, Id, LinkId, Live, Seat};
 use crate::links::Links;
 use crate::observed::LifeCycleState;
 use crate::peers::acting;
 use crate::plan::{Blocked, Work};
+use crate::table::Table;
 use crate::target;
 
 /// Steps after which something is gone.
@@ -20,15 +21,15 @@ pub(crate) struct Down<'a> {
     /// Live component → the step after which it is gone.
     pub gone: BTreeMap<usize, Ix>,
     /// Components that stay and are deactivated for want of a connector.
-    pub idled: BTreeMap<Id<'a>, Ix>,
+    pub idled: Table<Id<'a>, Ix>,
     /// Process → its StopManager.
-    pub stopped: BTreeMap<Seat<'a>, Ix>,
+    pub stopped: Table<Seat<'a>, Ix>,
     /// System uid and connector → its Disconnect.
-    pub cut: BTreeMap<(&'a str, &'a str), Ix>,
+    pub cut: Table<LinkId<'a>, Ix>,
     /// Live components that are to go, in a process that stays, and are blocked; and why.
     pub stuck: BTreeMap<usize, String>,
     /// Connectors that are to go and are blocked, and why.
-    pub stuck_cuts: BTreeMap<(&'a str, &'a str), String>,
+    pub stuck_cuts: Table<LinkId<'a>, String>,
 }
 
 /// Adds the steps.
@@ -161,7 +162,7 @@ impl<'a> Taker<'_, '_, 'a> {
     }
 
     fn processes(&mut self) {
-        for (seat, stop) in &self.decisions.stops {
+        for (seat, stop) in self.decisions.stops.iter() {
             let manager = self.facts.processes[seat];
             let mut reason = match stop {
                 Stop::Unwanted => "nothing is wanted in it any more".to_owned(),
@@ -174,7 +175,7 @@ impl<'a> Taker<'_, '_, 'a> {
             }
             let step = self.steps.add(NewStep {
                 node: seat.0,
-                target: target::manager(&seat.1),
+                target: target::manager(seat.1),
                 system: seat.1.system.as_ref(),
                 work: Work::StopManager {
                     manager: seat.1.clone(),
@@ -188,12 +189,12 @@ impl<'a> Taker<'_, '_, 'a> {
                     None => drop(self.down.gone.insert(*live, step)),
                 }
             }
-            self.down.stopped.insert(seat.clone(), step);
+            self.down.stopped.insert(*seat, step);
         }
     }
 
     fn connectors(&mut self, links: &Links<'a>) {
-        for (key, cut) in &links.cuts {
+        for (key, cut) in links.cuts.iter() {
             let live = &self.facts.lives[cut.source];
             let name = target::connector(&cut.connector.name);
             let blocked = self.blocked.get(&target::on(live.node, &name));
@@ -237,7 +238,7 @@ impl<'a> Taker<'_, '_, 'a> {
         }
         for ((seat, type_name), lives) in dying {
             let loaded = self.facts.processes[&seat].modules.contains(type_name);
-            let name = target::module(type_name, &seat.1);
+            let name = target::module(type_name, seat.1);
             let blocked = self.blocked.contains_key(&target::on(seat.0, &name));
             if !loaded || blocked || self.module_used(&seat, type_name) {
                 continue;

@@ -1,6 +1,7 @@
 //! Names of what steps, changes and blocks speak of. The controller blocks a target by the same text.
 
 use crate::desired::ManagerKey;
+use crate::plan::Blocked;
 
 /// `component/Sine0`
 pub fn component(instance: &str) -> String {
@@ -35,4 +36,17 @@ pub fn node(name: &str) -> String {
 /// `local|component/Sine0`: a target on one node, the key of [`Blocked`](crate::plan::Blocked).
 pub fn on(node: &str, target: &str) -> String {
     format!("{node}|{target}")
+}
+
+/// Why a target must not be tried on a node now. Its name is made only when anything is blocked at all: most of the time
+/// nothing is, and names are what a plan spends its time on.
+pub(crate) fn why_blocked<'b>(
+    blocked: &'b Blocked,
+    node: &str,
+    target: impl FnOnce() -> String,
+) -> Option<&'b String> {
+    if blocked.is_empty() {
+        return None;
+    }
+    blocked.get(&on(node, &target()))
 }

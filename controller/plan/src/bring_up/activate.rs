@@ -24,7 +24,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         let target = target::component(id.instance);
         let message = live.component.message.as_deref();
         let message = message.unwrap_or("no reason was given");
-        let blocked = self.blocked.get(&target::on(want.node, &target));
+        let blocked = target::why_blocked(self.blocked, want.node, || target.clone());
         let problem = match want.placed.spec.policy.reset_on_error {
             true => blocked.or(gate.waits.as_ref()).cloned(),
             false => Some(format!("in Error: {message} (rtsctl.resetOnError is off)")),
@@ -66,8 +66,8 @@ impl<'a> Bringer<'_, '_, 'a> {
         if live.is_some_and(|live| drift::left_inactive(want.placed, live.component)) {
             return Standing::WaitsAs("was deactivated by hand");
         }
-        let blocked = target::on(want.node, &target);
-        let problem = gate.waits.as_ref().or_else(|| self.blocked.get(&blocked));
+        let blocked = || target::why_blocked(self.blocked, want.node, || target.clone());
+        let problem = gate.waits.as_ref().or_else(blocked);
         let problem = problem.or(idle.map(|idle| &idle.reason));
         if let Some(problem) = problem {
             self.up.waits.insert(id, problem.clone());

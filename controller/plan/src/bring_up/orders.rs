@@ -2,31 +2,32 @@
 
 use super::Bringer;
 use crate::graph::{Gate, Preference};
-use crate::index::{Id, ends};
-use crate::order::{Order, Standing, making, members};
+use crate::index::Id;
+use crate::order::{Standing, making, visit};
 use crate::plan::OrderName;
 
 impl<'a> Bringer<'_, '_, 'a> {
     /// StartUp and Initializing order Create, Resetting orders Reset, Activation orders Activate.
     pub(super) fn orders(&mut self) {
         let facts = self.facts;
-        for (uid, names) in facts.members() {
+        for (uid, members) in &facts.members {
             let Some(system) = facts.orders.get(uid) else {
                 continue;
             };
             let orders = system.orders;
-            let members = || members(facts, uid, names.iter().copied());
-            let order = Order::new(&making(orders), members());
-            let over = order.walk(|instance, gate| self.create_order(Id { uid, instance }, gate));
-            self.up.notes.extend(order.tell(&over));
-            let list = (OrderName::Resetting, orders.resetting.as_slice());
-            let order = Order::new(&[list], members());
-            let over = order.walk(|instance, gate| self.reset(Id { uid, instance }, gate));
-            self.up.notes.extend(order.tell(&over));
-            let list = (OrderName::Activation, orders.activation.as_slice());
-            let order = Order::new(&[list], members());
-            let over = order.walk(|instance, gate| self.activate(Id { uid, instance }, gate));
-            self.up.notes.extend(order.tell(&over));
+            let making = making(orders);
+            let resetting = [(OrderName::Resetting, orders.resetting.as_slice())];
+            let activation = [(OrderName::Activation, orders.activation.as_slice())];
+            let notes = [
+                visit(facts, members, &making, |id, gate| {
+                    self.create_order(id, gate)
+                }),
+                visit(facts, members, &resetting, |id, gate| self.reset(id, gate)),
+                visit(facts, members, &activation, |id, gate| {
+                    self.activate(id, gate)
+                }),
+            ];
+            self.up.notes.extend(notes.into_iter().flatten());
         }
     }
 
@@ -45,11 +46,14 @@ impl<'a> Bringer<'_, '_, 'a> {
     /// Where the profile is silent: what a source feeds is asked to start before the source, and who provides a service
     /// before who calls it.
     pub(super) fn prefer(&mut self) {
-        for ((uid, _), (_, connector)) in &self.facts.links {
-            let Some((first, why)) = Preference::of(&connector.spec) else {
+        if self.up.activates.is_empty() {
+            return;
+        }
+        for link in self.facts.links.values() {
+            let Some((first, why)) = Preference::of(&link.connector.spec) else {
                 continue;
             };
-            let ends = ends(uid, connector).map(|id| self.up.activates.get(&id).copied());
+            let ends = link.ends.map(|id| self.up.activates.get(&id).copied());
             if let (Some(first), Some(then)) = (ends[first], ends[1 - first]) {
                 self.steps.prefer(then, first, why);
             }

@@ -29,6 +29,9 @@ impl<'a> Decider<'_, 'a> {
         if let Some(why) = self.facts.held(want) {
             return Some(why.to_owned());
         }
+        if self.blocked.is_empty() {
+            return self.name_taken(want);
+        }
         let process = self.facts.processes.get(&want.seat());
         let restarts = self.restarts.contains_key(&want.seat());
         let process = process.filter(|_| !restarts);
@@ -46,11 +49,11 @@ impl<'a> Decider<'_, 'a> {
         }
         let mut targets = vec![own];
         if process.is_none() {
-            targets.push(target::manager(&want.key));
+            targets.push(target::manager(want.key));
         }
         if !loaded {
             targets.push(target::package(type_name, want.node));
-            targets.push(target::module(type_name, &want.key));
+            targets.push(target::module(type_name, want.key));
         }
         let blocked = targets.into_iter().enumerate().find_map(|(nr, target)| {
             let why = self.blocked.get(&target::on(want.node, &target))?;

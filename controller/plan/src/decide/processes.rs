@@ -8,7 +8,7 @@ use crate::target;
 impl<'a> Decider<'_, 'a> {
     pub(super) fn stop_processes(&mut self) {
         let facts = self.facts;
-        for (seat, manager) in &facts.processes {
+        for (seat, manager) in facts.processes.iter() {
             let ours = manager.key.system.is_some() && facts.nodes.contains(seat.0);
             let seen = manager.responsive
                 || manager.expired.is_some()
@@ -26,12 +26,12 @@ impl<'a> Decider<'_, 'a> {
                 None if facts.wanted_seats.contains_key(seat) || held() => continue,
                 None => Stop::Unwanted,
             };
-            let blocked = target::on(seat.0, &target::manager(&seat.1));
+            let blocked = target::on(seat.0, &target::manager(seat.1));
             if let Some(why) = self.blocked.get(&blocked) {
-                self.out.stuck.insert(seat.clone(), (stop, why.clone()));
+                self.out.stuck.insert(*seat, (stop, why.clone()));
                 continue;
             }
-            self.out.stops.insert(seat.clone(), stop.clone());
+            self.out.stops.insert(*seat, stop.clone());
             self.end_contents(seat, &stop);
         }
     }

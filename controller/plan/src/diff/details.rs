@@ -1,7 +1,7 @@
 //! What was, or should be, where no step says it: what goes, and what cannot be made now.
 
 use crate::decide::{Decisions, Fate};
-use crate::index::{Facts, Live, Want, ends};
+use crate::index::{Facts, Live, Want};
 use crate::links::compare;
 use crate::links::{Join, Links};
 use crate::observed::ConnectorObserved;
@@ -55,8 +55,7 @@ pub(super) fn joined(facts: &Facts<'_>, join: &Join<'_>) -> Vec<FieldChange> {
     if !join.again || !join.fields.is_empty() {
         return join.fields.clone();
     }
-    let [source, _] = ends(&join.system.uid, join.connector);
-    let instances = facts.instances(source).iter();
+    let instances = facts.instances(join.source).iter();
     let mut connectors = instances.flat_map(|ix| &facts.lives[*ix].component.connectors);
     let old = connectors.find(|c| c.name == join.connector.spec.name);
     old.map_or(Vec::new(), |old| compare::fields(old, &join.connector.spec))
@@ -73,8 +72,7 @@ pub(super) fn end_with_source<'a>(
         let Some(id) = live.id().filter(|_| decisions.fates[ix] == Fate::Gone) else {
             continue;
         };
-        for observed in &live.component.connectors {
-            let key = (id.uid, observed.name.as_str());
+        for (key, observed) in facts.connectors(ix) {
             if facts.links.contains_key(&key) || links.cuts.contains_key(&key) {
                 continue;
             }

@@ -10,7 +10,7 @@ pub(super) fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut
     let mut push = |seat: &Seat<'a>, action, reason: &str| {
         changes.push(Change {
             action,
-            target: target::manager(&seat.1),
+            target: target::manager(seat.1),
             system: seat.1.system.as_ref().map(|s| s.name.clone()),
             reason: reason.to_owned(),
             fields: Vec::new(),
@@ -21,11 +21,11 @@ pub(super) fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut
             push(seat, Action::Add, "is not running");
         }
     }
-    for (seat, stop) in &decisions.stops {
+    for (seat, stop) in decisions.stops.iter() {
         let (action, reason) = stopped(stop);
         push(seat, action, reason);
     }
-    for (seat, (stop, why)) in &decisions.stuck {
+    for (seat, (stop, why)) in decisions.stuck.iter() {
         let (action, reason) = stopped(stop);
         push(seat, action, &format!("{reason}; blocked: {why}"));
     }

@@ -10,12 +10,12 @@ use crate::plan::{Affected, Restart};
 /// Processes and components that are interrupted though they go on to exist.
 pub(crate) fn restarts<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>) -> Vec<Restart> {
     let mut again: BTreeMap<Seat<'a>, (Vec<String>, String)> = BTreeMap::new();
-    for (seat, stop) in &decisions.stops {
+    for (seat, stop) in decisions.stops.iter() {
         if let Stop::Restart(reason) = stop {
-            again.insert(seat.clone(), (Vec::new(), reason.clone()));
+            again.insert(*seat, (Vec::new(), reason.clone()));
         }
     }
-    for (id, make) in &decisions.makes {
+    for (id, make) in decisions.makes.iter() {
         let Some(live) = make.old.map(|old| &facts.lives[old]) else {
             continue;
         };
@@ -26,7 +26,7 @@ pub(crate) fn restarts<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>) -> Vec<
     if again.is_empty() {
         return Vec::new();
     }
-    let mut blasts = Blasts::new(facts, decisions, again.keys().cloned().collect());
+    let mut blasts = Blasts::new(facts, decisions, again.keys().copied().collect());
     let restart = |(seat, (components, reason))| told(facts, decisions, seat, components, reason);
     let mut restarts: Vec<Restart> = again.into_iter().map(restart).collect();
     for (ix, restart) in restarts.iter_mut().enumerate() {

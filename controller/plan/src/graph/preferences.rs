@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use rts_schemas::system::{ConnectorSpec, PortKind};
 
@@ -102,7 +102,7 @@ impl Steps {
                 }
             }
         }
-        let groups = tarjan_scc(&graph).into_iter();
+        let groups = kosaraju_scc(&graph).into_iter();
         groups
             .filter(|group| group.len() > 1)
             .map(|group| group.into_iter().map(|node| graph[node]).collect())

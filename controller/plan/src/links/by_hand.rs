@@ -3,7 +3,7 @@
 use super::{Linker, Links};
 use crate::decide::{Decisions, Fate};
 use crate::drift::Found;
-use crate::index::{Facts, Id};
+use crate::index::{Facts, Id, LinkId};
 use crate::observed::{ConnectorObserved, ConnectorState};
 use crate::plan::{Drift, DriftKind, FieldChange};
 use crate::target;
@@ -16,12 +16,12 @@ impl<'a> Linker<'_, 'a> {
         observed: Option<&'a ConnectorObserved>,
     ) -> Option<Found> {
         let marks = &self.facts.lives[live].component.by_hand;
-        let name = &self.connector.spec.name;
+        let name = &self.link.connector.spec.name;
         let mark = match observed {
             Some(connector) => connector.by_hand.as_ref(),
             None => marks.disconnected.get(name),
         };
-        if *mark? != self.connector.digest() {
+        if *mark? != self.link.connector.digest() {
             return None;
         }
         let (kind, reason, fields) = match observed {
@@ -44,7 +44,7 @@ impl<'a> Linker<'_, 'a> {
         let obstacle = obstacle.then_some("its ends are not those of its name");
         let drift = Drift {
             target: target::connector(name),
-            system: self.system.name.clone(),
+            system: self.link.system.name.clone(),
             policy: self.facts.wants[&self.id(0)].placed.spec.policy.drift,
             kind,
             reason: reason.to_owned(),
@@ -95,11 +95,8 @@ pub(super) fn extra<'a>(
         old: None,
         new: Some(value),
     };
-    let target = Id {
-        uid: id.uid,
-        instance: &connector.target.instance,
-    };
-    let obstacle = !facts.wants.contains_key(&target);
+    let target = facts.id(id.uid, &connector.target.instance);
+    let obstacle = !target.is_some_and(|target| facts.wants.contains_key(&target));
     let drift = Drift {
         target: target::connector(&connector.name),
         system: want.system.name.clone(),
@@ -141,12 +138,12 @@ pub(super) fn target_stays<'a>(
     if let Some(live) = facts.by_incarnation.get(target) {
         return decisions.fates[*live] == Fate::Keep;
     }
-    let instance = &connector.target.instance;
-    let id = Id { uid, instance };
-    let Some(want) = facts.wants.get(&id) else {
+    let id = facts.id(uid, &connector.target.instance);
+    let want = id.and_then(|id| facts.wants.get(&id));
+    let Some(want) = want else {
         return true;
     };
-    facts.unknown.contains_key(want.node) || silent(facts, decisions, id)
+    facts.unknown.contains_key(want.node) || silent(facts, decisions, want.id())
 }
 
 /// True when a component lies in a manager that does not answer.
@@ -157,7 +154,7 @@ pub(super) fn silent<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, id: Id<'a
 
 impl<'a> Links<'a> {
     /// True for a connector that a person took away, and that is left so.
-    pub fn left_out(&self, key: &(&'a str, &'a str)) -> bool {
+    pub fn left_out(&self, key: &LinkId<'a>) -> bool {
         let found = self.by_hand.get(key);
         found.is_some_and(|found| found.drift.kind == DriftKind::Missing && found.left())
     }

@@ -58,7 +58,7 @@ impl<'a> Linker<'_, 'a> {
     }
 
     pub(super) fn fields(&self, observed: &ConnectorObserved) -> Vec<FieldChange> {
-        fields(observed, &self.connector.spec)
+        fields(observed, &self.link.connector.spec)
     }
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn fields(observed: &ConnectorObserved, spec: &ConnectorSpec) -> Vec<
         ("source", &observed.source, &spec.source),
         ("target", &observed.target, &spec.target),
     ];
-    for (name, old, new) in ends {
+    for (name, old, new) in ends.into_iter().filter(|(_, old, new)| old != new) {
         field(
             name.to_owned(),
             Some(old.to_string()),
@@ -82,6 +82,9 @@ pub(crate) fn fields(observed: &ConnectorObserved, spec: &ConnectorSpec) -> Vec<
         );
     }
     let (old, new) = (&observed.properties, &spec.properties);
+    if old == new {
+        return fields;
+    }
     for key in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
         let name = format!("properties.{key}");
         field(name, old.get(key).cloned(), new.get(key).cloned());

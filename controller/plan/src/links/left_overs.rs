@@ -2,22 +2,18 @@
 
 use super::{Cut, Links, by_hand};
 use crate::decide::{Decisions, Fate};
-use crate::index::Facts;
+use crate::index::{Facts, LinkId};
 use crate::observed::ConnectorObserved;
 
 /// Cuts them, at components that stay; but for what a person made and is left.
 pub(super) fn cut<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, links: &mut Links<'a>) {
     for (source, live) in facts.lives.iter().enumerate() {
         let acts = live.manager.responsive && facts.nodes.contains(live.node);
-        let Some(id) = live.id().filter(|_| acts) else {
-            continue;
-        };
-        if decisions.fates[source] == Fate::Gone {
+        if live.id().is_none() || !acts || decisions.fates[source] == Fate::Gone {
             continue;
         }
-        for connector in &live.component.connectors {
-            let key = (id.uid, connector.name.as_str());
-            let Some(reason) = reason(facts, decisions, links, source, connector) else {
+        for (key, connector) in facts.connectors(source) {
+            let Some(reason) = reason(facts, decisions, links, source, key, connector) else {
                 continue;
             };
             let cut = Cut {
@@ -38,10 +34,9 @@ fn reason<'a>(
     decisions: &Decisions<'a>,
     links: &mut Links<'a>,
     source: usize,
+    key: LinkId<'a>,
     connector: &'a ConnectorObserved,
 ) -> Option<String> {
-    let uid = facts.lives[source].id()?.uid;
-    let key = (uid, connector.name.as_str());
     if facts.links.contains_key(&key) {
         let name = &connector.target.instance;
         let goes = dying(facts, decisions, connector).is_some();

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::Direction;
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 
@@ -68,8 +68,8 @@ impl<'a> Order<'a> {
     pub fn walk(&self, mut visit: impl FnMut(&'a str, Gate) -> Standing) -> PassedOver<'a> {
         let mut over = PassedOver::new();
         let mut passed: Vec<Option<Passed<'a>>> = vec![None; self.graph.node_count()];
-        // Tarjan's groups come in reverse topological order.
-        for mut group in tarjan_scc(&self.graph).into_iter().rev() {
+        // Its groups come in reverse topological order.
+        for mut group in kosaraju_scc(&self.graph).into_iter().rev() {
             group.sort_unstable();
             let cycle = self.is_cycle(&group).then(|| {
                 let names = self.names(&group).join(", ");

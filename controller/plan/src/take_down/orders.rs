@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Taker;
 use crate::graph::{Ix, Preference};
-use crate::index::{SystemOrders, ends};
+use crate::index::SystemOrders;
 use crate::order::{List, Order, Standing, deleting, members};
 use crate::plan::OrderName;
 
@@ -74,17 +74,16 @@ impl<'a> Taker<'_, '_, 'a> {
     /// A connector that is wanted counts too, whether or not it is there: services are not observed, and another may be
     /// broken for a moment.
     fn prefer_as_desired(&mut self) {
-        for ((uid, _), (_, connector)) in &self.facts.links {
-            let Some((last, why)) = Preference::of(&connector.spec) else {
+        for link in self.facts.links.values() {
+            let Some((last, why)) = Preference::of(&link.connector.spec) else {
                 continue;
             };
             let of = |id| {
                 let lives = self.facts.instances(id).iter();
                 lives.filter_map(|live| self.deactivates.get(live).copied())
             };
-            let ends = ends(uid, connector);
-            for then in of(ends[last]) {
-                for first in of(ends[1 - last]) {
+            for then in of(link.ends[last]) {
+                for first in of(link.ends[1 - last]) {
                     self.steps.prefer(then, first, why);
                 }
             }
