@@ -66,6 +66,8 @@ impl Exit {
         }
         match code {
             "would-restart" => return Exit::Refused,
+            // A name on the command line.
+            "unknown-target" => return Exit::Usage,
             // It was asked to do what it can do, and did not.
             "component-failed" => return Exit::Partly,
             "deadline" => return Exit::Deadline,
@@ -95,6 +97,7 @@ mod tests {
         assert_eq!(exit(409, "instance-taken"), 7);
         assert_eq!(exit(409, "stale-plan"), 7);
         assert_eq!(exit(409, "would-restart"), 9);
+        assert_eq!(exit(422, "unknown-target"), 2);
         assert_eq!(exit(412, "stale"), 7);
         assert_eq!(exit(401, "unauthorised"), 8);
         assert_eq!(exit(403, "forbidden"), 8);
