@@ -226,7 +226,10 @@ async fn connectors_are_removed_and_made_again_as_they_were() {
     assert!(sine.connectors.is_empty());
     assert_eq!(sine.by_hand.disconnected[name], first().digest());
     assert!(!done(&node, disconnect("Sine0", name)).await.changed);
-    assert_eq!(refused(&node, disconnect("Sine0", "nobody")).await.status, 404);
+    assert_eq!(
+        refused(&node, disconnect("Sine0", "nobody")).await.status,
+        404
+    );
     insta::assert_snapshot!(say(&done(&node, connect("Sine0.out", "Filter0.in", None)).await), @r#"connector/Sine0.out-Filter0.in changed Some("hello") None"#);
     let sine = observed(&node, "Sine0").await;
     assert_eq!(sine.connectors[0].by_hand, Some(first().digest()));

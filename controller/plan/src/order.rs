@@ -149,7 +149,7 @@ impl<'a> Order<'a> {
     /// The order among `members`; conditions on, or of, others are left out. Each list has its own sequence numbers.
     pub fn new(lists: &[List<'a>], members: impl IntoIterator<Item = Member<'a>>) -> Self {
         let spoken = lists.iter().filter(|(_, list)| !list.is_empty());
-        let names: Vec<&str> = spoken.map(|(name, _)| name.as_str()).collect();
+        let names: Vec<&str> = spoken.map(|(name, _)| name.element()).collect();
         let mut order = Self {
             graph: DiGraph::new(),
             wait_ms: BTreeMap::new(),

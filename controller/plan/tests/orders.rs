@@ -139,9 +139,9 @@ fn told(plan: &Plan, kind: &str) -> String {
 
 fn why(because: &Because) -> String {
     match because.rule {
-        Rule::Sequence { order } => format!("by number in {}", order.as_str()),
-        Rule::Sync { order } => format!("SYNC in {}", order.as_str()),
-        Rule::Async { order } => format!("ASYNC in {}", order.as_str()),
+        Rule::Sequence { order } => format!("by number in {}", order.element()),
+        Rule::Sync { order } => format!("SYNC in {}", order.element()),
+        Rule::Async { order } => format!("ASYNC in {}", order.element()),
         Rule::ProviderFirst => "provider first".to_owned(),
         Rule::DownStreamFirst => "down-stream first".to_owned(),
         Rule::UpStreamFirst => "up-stream first".to_owned(),

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 
 use rts_controller_api::requests::Expect;
 use rts_controller_api::{Problem, ProblemError};
-use rts_plan::desired::ManagerKey;
-use rts_plan::plan::{Action, Change, Plan, Restart, Work};
+use rts_plan::plan::{Action, Change, Plan, Restart};
 
 use super::check;
 use crate::reconcile::by_system;
@@ -149,27 +148,10 @@ pub fn digest(plan: &Plan, record: &SystemRecord, new: bool) -> String {
     let mut part = by_system(plan).remove(&record.uid).unwrap_or_default();
     part.changes = plan.changes.iter().filter(own).cloned().collect();
     for step in part.steps.iter_mut().filter(|_| new) {
-        let manager = manager(&mut step.work);
+        let manager = step.work.manager_mut();
         if let Some(system) = manager.and_then(|manager| manager.system.as_mut()) {
             system.uid.clear();
         }
     }
     part.digest()
-}
-
-fn manager(work: &mut Work) -> Option<&mut ManagerKey> {
-    match work {
-        Work::Install { .. } | Work::Connect { .. } => None,
-        Work::StartManager { manager }
-        | Work::LoadModule { manager, .. }
-        | Work::UnloadModule { manager, .. }
-        | Work::Create { manager, .. }
-        | Work::Configure { manager, .. }
-        | Work::Activate { manager, .. }
-        | Work::Deactivate { manager, .. }
-        | Work::Reset { manager, .. }
-        | Work::Disconnect { manager, .. }
-        | Work::Delete { manager, .. }
-        | Work::StopManager { manager, .. } => Some(manager),
-    }
 }

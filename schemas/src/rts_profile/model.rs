@@ -2,6 +2,9 @@
 //!
 //! Every attribute is optional here; the checks say what is missing. Version 0.1 is read into the shape of 0.2.
 
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 use crate::span::{Span, Text};
 use crate::system::PortKind;
 
@@ -182,7 +185,9 @@ pub struct Order {
 }
 
 /// The transition that an order is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
+)]
 pub enum OrderKind {
     /// `rts:StartUp`.
     StartUp,

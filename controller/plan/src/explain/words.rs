@@ -9,16 +9,16 @@ pub(super) fn rule(rule: Rule, first: &Step, second: &Step) -> String {
     match rule {
         Rule::Sequence { order } => format!(
             "order {}: {one} has a lower sequence number than {other}",
-            order.as_str()
+            order.element()
         ),
         Rule::Sync { order } => format!(
             "order {}: {other} has a Preceding with SYNC, which waits until {one} {}",
-            order.as_str(),
+            order.element(),
             reached(order)
         ),
         Rule::Async { order } => format!(
             "order {}: {other} has a Preceding with ASYNC, which waits until {one} was asked",
-            order.as_str()
+            order.element()
         ),
         Rule::ProviderFirst => {
             "preference: a service provider comes up before its consumers, and goes down after them"
