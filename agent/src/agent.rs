@@ -9,6 +9,7 @@ use rts_http::problem::Problem;
 use tokio::sync::{Mutex, Notify};
 
 use crate::batches::Batches;
+use crate::by_hand::Turns;
 use crate::config::Config;
 use crate::events::{Events, lock};
 use crate::folders::{FolderError, Folders};
@@ -77,6 +78,8 @@ pub(crate) struct Agent {
     pub failures: std::sync::Mutex<BackOff>,
     /// Held while a name for a component made by hand is chosen and taken.
     pub naming: Mutex<()>,
+    /// Who changes which configuration.
+    pub turns: Turns,
 }
 
 impl Agent {
@@ -111,6 +114,7 @@ impl Agent {
             lease: Lease::default(),
             failures: Default::default(),
             naming: Mutex::new(()),
+            turns: Turns::default(),
             config,
             folders,
         })

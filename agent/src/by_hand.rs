@@ -3,6 +3,7 @@
 mod act;
 mod answers;
 mod stale;
+mod turns;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -19,6 +20,8 @@ use crate::agent::Agent;
 use crate::execute::kind_name;
 use crate::managers::{Manager, Patience};
 use answers::{factory, link, module};
+
+pub use turns::Turns;
 
 /// For requests that call into a component or open a module.
 const LIMIT: Duration = Duration::from_secs(10);

@@ -36,7 +36,7 @@ pub const EXIT_CODES: &str = "\
 Exit status:
   0    done; no difference
   1    only: differences were found (diff)
-  2    wrong usage
+  2    wrong usage, or the output cannot be written
   3    the profile or the plan is invalid
   4    the controller or an agent cannot be reached
   5    partly applied

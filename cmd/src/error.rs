@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use rts_controller_api::{ClientError, Problem, ProblemError};
 use rts_schemas::diagnostic::Report;
 
+pub use self::help::Rest;
 use crate::exit::Exit;
 use crate::local::{LocalError, plural};
 
@@ -110,8 +111,8 @@ pub enum CliError {
         summary: String,
         /// What does not run (`component/Motor0`), when it can be described.
         target: Option<String>,
-        /// Nothing of it is tried again: its failure policy holds it.
-        held: bool,
+        /// What becomes of that.
+        rest: Rest,
     },
     /// Somebody took it down while it was waited for.
     #[error("system/{system} was taken down by another command")]
@@ -174,7 +175,6 @@ impl CliError {
     /// The exit code.
     pub fn exit(&self) -> Exit {
         match self {
-            CliError::Usage { .. } | CliError::Write { .. } => Exit::Usage,
             CliError::Read { .. }
             | CliError::Backup(_)
             | CliError::SavedPlan { .. }
@@ -189,7 +189,7 @@ impl CliError {
             CliError::Interrupted => Exit::Interrupted,
             CliError::Gone { .. } | CliError::Stale { .. } => Exit::Conflict,
             CliError::Stdout(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Exit::BrokenPipe,
-            CliError::Stdout(_) => Exit::Partly,
+            CliError::Usage { .. } | CliError::Write { .. } | CliError::Stdout(_) => Exit::Usage,
         }
     }
 
@@ -278,6 +278,16 @@ mod tests {
         assert_eq!(error.line(), "cannot apply system/hello: 2 errors");
         assert_eq!(error.faults().len(), 2);
         assert_eq!(error.exit(), Exit::Invalid);
+    }
+
+    #[test]
+    fn results_that_cannot_be_written_are_a_plain_failure() {
+        let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let error = CliError::Stdout(full);
+        assert_eq!(error.line(), "cannot write to stdout: no storage space");
+        assert_eq!(error.exit(), Exit::Usage);
+        let closed = std::io::Error::from(std::io::ErrorKind::BrokenPipe);
+        assert_eq!(CliError::Stdout(closed).exit(), Exit::BrokenPipe);
     }
 
     #[test]

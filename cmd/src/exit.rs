@@ -9,7 +9,7 @@ pub enum Exit {
     Ok,
     /// Only: differences or problems were found.
     Different,
-    /// The command line is wrong, or names something that is not there.
+    /// The command line is wrong, or names something that is not there; or the output cannot be written.
     Usage,
     /// The profile or the plan is invalid.
     Invalid,

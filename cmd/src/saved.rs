@@ -6,6 +6,8 @@ use rts_controller_api::requests::{ApplyRequest, Expect, PlanResult};
 use rts_plan::plan::Plan;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
 use crate::input::MAX_FILE;
@@ -35,6 +37,8 @@ pub struct SavedPlan {
     /// Remarks about the system.
     #[serde(default)]
     pub notes: Vec<String>,
+    /// SHA-256 of all the rest: what is read is what was written.
+    checksum: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,7 +59,7 @@ struct Head {
 impl SavedPlan {
     /// Of an answer to a request.
     pub fn of(request: &ApplyRequest, result: &PlanResult) -> Self {
-        Self {
+        let mut saved = Self {
             api_version: API_VERSION.to_owned(),
             kind: KIND.to_owned(),
             metadata: Metadata {
@@ -69,7 +73,10 @@ impl SavedPlan {
             digest: result.digest.clone(),
             plan: result.plan.clone(),
             notes: result.notes.clone(),
-        }
+            checksum: String::new(),
+        };
+        saved.checksum = checksum(&json!(saved));
+        saved
     }
 
     /// The request, on the terms that nothing has changed since.
@@ -129,14 +136,14 @@ impl SavedPlan {
                 return Err(failed(reason, Some(OTHER_VERSION)));
             }
         }
-        let read: Self = serde_json::from_slice(start).map_err(|e| {
-            failed(
-                format!("it is damaged, or of another version: {e}"),
-                Some(AGAIN),
-            )
-        })?;
-        if read.metadata.name != read.request.spec.name {
-            let reason = "its name is not that of its system: it was changed".to_owned();
+        let damaged = |e| {
+            let reason = format!("it is damaged, or of another version: {e}");
+            failed(reason, Some(AGAIN))
+        };
+        let value: Value = serde_json::from_slice(start).map_err(damaged)?;
+        let read: Self = serde_json::from_slice(start).map_err(damaged)?;
+        if read.checksum != checksum(&value) {
+            let reason = "it was changed since it was saved".to_owned();
             return Err(failed(reason, Some(AGAIN)));
         }
         Ok(Some(read))
@@ -160,7 +167,17 @@ impl SavedPlan {
     }
 }
 
-const AGAIN: &str = "write one with `rtsctl plan FILE --out PLAN`";
+/// Of a document without its checksum, however its text is laid out: names are sorted.
+fn checksum(document: &Value) -> String {
+    let mut rest = document.clone();
+    if let Some(fields) = rest.as_object_mut() {
+        fields.remove("checksum");
+    }
+    let digest = Sha256::digest(rest.to_string());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+const AGAIN: &str = "plan again with `rtsctl plan FILE --out PLAN`";
 const OTHER_VERSION: &str = "use the rtsctl that wrote it, or plan again with this one";
 
 /// What is no JSON as a whole begins as a saved plan does.

@@ -104,6 +104,8 @@ fn wrong_usage_is_2() {
         &["describe", "robot/R2"],
         &["manager", "create", "?x=1"],
         &["apply", "-", "-f", "-"],
+        &["apply", "x", "-o", "json"],
+        &["apply", "x", "--steps"],
     ] {
         let (code, stdout, _) = edge.run(args);
         assert_eq!((code, stdout.as_str()), (2, ""), "{args:?}");

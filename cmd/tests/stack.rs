@@ -73,6 +73,36 @@ fn a_backup_that_cannot_be_written_is_2() {
 }
 
 #[test]
+fn a_full_device_is_2_and_nothing_is_said_of_a_part() {
+    let stack = up();
+    for args in [&["plan", "nothing.xml"][..], &["get", "nodes"]] {
+        let full = std::fs::File::options().write(true).open("/dev/full");
+        let output = stack.command(args).stdout(full.unwrap()).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        let said = "error: cannot write to stdout: No space left on device";
+        assert!(stderr.contains(said), "{stderr}");
+    }
+}
+
+#[test]
+fn a_dry_run_prints_what_plan_prints() {
+    let stack = up();
+    for format in ["text", "json", "yaml", "dot", "mermaid"] {
+        let format = ["-o", format, "--steps"];
+        let planned = stack.run(&[&["plan", "nothing.xml"], &format[..]].concat());
+        let dry = [&["apply", "--dry-run", "nothing.xml"], &format[..]].concat();
+        let (code, stdout, stderr) = stack.run(&dry);
+        assert_eq!((code, stdout), (planned.0, planned.1), "{stderr}");
+        let said = format!("{}dry run: nothing was changed\n", planned.2);
+        assert_eq!(stderr, said);
+    }
+    assert_eq!(stack.run(&["apply", "nothing.xml"]).0, 0);
+    let (code, stdout, stderr) = stack.run(&["diff", "nothing.xml", "--steps"]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+}
+
+#[test]
 fn a_watch_that_nobody_reads_ends_though_nothing_changes() {
     let stack = up();
     for args in [

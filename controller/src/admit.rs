@@ -1,5 +1,6 @@
 //! Admission of a system: every reason to refuse it is found before anything is stored.
 
+mod act;
 mod check;
 mod describe;
 mod expect;
@@ -8,6 +9,7 @@ mod modules;
 mod narrow;
 mod placed;
 mod places;
+mod silent;
 mod size;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,7 +21,8 @@ use rts_plan::observed::Observed;
 use rts_plan::plan::Plan;
 use rts_schemas::system::SystemSpec;
 
-use self::placed::{Types, clashes, described, types_by_node};
+pub use self::act::act;
+use self::placed::{Types, clashes, described, needs};
 pub use self::places::places_of_old;
 use self::places::{kept, places};
 use crate::core::Core;
@@ -37,6 +40,8 @@ pub struct Admitted {
     pub plan: Plan,
     /// Remarks of the placement.
     pub notes: Vec<String>,
+    /// To store it forgets what failed of the system: it is another wish. What is stored as it runs is none.
+    pub forgets: bool,
     /// There was none of its name; until it is stored, its uid is given for this once.
     new: bool,
 }
@@ -107,8 +112,9 @@ pub async fn examine(
     faults.extend(size::parts(spec));
     let candidate = candidate(core, stored.as_ref(), spec);
     let placed = core.place(Some(&candidate));
-    let (types, lost) = types_by_node(&placed, &candidate);
-    faults.extend(lost);
+    let needs = needs(&placed, &candidate);
+    faults.extend(needs.faults);
+    let types = needs.types;
     let found = modules::resolve(core, &candidate.spec, &types).await;
     // What is wrong with the system itself goes before what is in its way, and that before what may pass.
     if let Ok(found) = &found {
@@ -172,7 +178,8 @@ impl Examined {
         expect::index(&name, stored.as_ref(), &self.expect)?;
         let placed = core.place(Some(&candidate));
         clashes(&placed, &candidate)?;
-        if types_by_node(&placed, &candidate).0 != self.types {
+        let needs = needs(&placed, &candidate);
+        if needs.types != self.types {
             return Ok(None);
         }
         let places = places(&placed, &candidate.uid);
@@ -185,7 +192,7 @@ impl Examined {
         candidate.settle(places);
         candidate.digests = match stored.as_ref().filter(|_| self.untouched.is_some()) {
             Some(stored) => stored.digests.clone(),
-            None => self.found.digests,
+            None => self.found.pinned(stored.as_ref(), &self.observed),
         };
         candidate.nodes.extend(self.types.into_keys());
         let changed = stored.as_ref().is_none_or(|stored| {
@@ -201,17 +208,27 @@ impl Examined {
             size::whole(&placed, &candidate.uid, records.values())?;
         }
         let mut notes = placed.notes.get(&name).cloned().unwrap_or_default();
+        notes.extend(needs.notes);
         notes.extend(self.found.notes);
+        let forgets = changed && self.untouched.is_none();
+        let forgotten = forgets.then_some(name.as_str());
+        let desired = &placed.desired;
+        let mut plan = moved::plan_but(core, &records, desired, &self.observed, forgotten);
+        let touched = expect::untouched(&candidate, &plan, self.untouched.as_ref());
+        if let Some(stored) = stored.as_ref().filter(|_| changed) {
+            silent::tell(&mut plan, stored, &candidate);
+        }
         let admitted = Admitted {
-            plan: moved::plan(core, &records, &placed.desired, &self.observed),
+            plan,
             new: stored.is_none(),
             record: candidate,
             changed,
             notes,
+            forgets,
         };
         let Admitted { plan, record, .. } = &admitted;
         expect::plan(&self.expect, record, plan, || admitted.digest())?;
-        expect::untouched(record, plan, self.untouched.as_ref())?;
+        touched?;
         Ok(Some(admitted))
     }
 }
@@ -227,6 +244,7 @@ pub async fn stored(core: &Arc<Core>, name: &str) -> Option<Admitted> {
         plan: moved::plan(core, &records, &placed.desired, &observed),
         notes: placed.notes.get(name).cloned().unwrap_or_default(),
         changed: false,
+        forgets: false,
         new: false,
         record,
     })

@@ -136,7 +136,9 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
         let generation = admitted.record.generation;
         let stored = core.store_change(admitted.record).await;
         index = stored.map_err(|e| of_store(&e))?;
-        core.backoff().forget_system(name);
+        if admitted.forgets {
+            core.backoff().forget_system(name);
+        }
         let message = format!("generation {generation} stored");
         let event = Happening::normal("Applied", &format!("system/{name}"), message);
         core.record(event.of(Some(name)));

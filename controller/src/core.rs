@@ -108,6 +108,8 @@ pub struct World {
     pub stale: bool,
     /// Systems whose runs come to nothing and that wait for a while, by uid.
     pub resting: BTreeSet<String>,
+    /// Systems that do not take in what was changed by hand in them, by uid, and why.
+    pub unadopted: BTreeMap<String, String>,
     /// Node → why its NodeSpec or steps were refused.
     pub faults: BTreeMap<String, String>,
 }

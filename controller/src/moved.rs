@@ -16,7 +16,18 @@ type Records = BTreeMap<String, SystemRecord>;
 
 /// Plans: what failed waits, and what may still run elsewhere is not started.
 pub fn plan(core: &Core, records: &Records, desired: &Desired, observed: &Observed) -> Plan {
-    let mut blocked = core.backoff().blocked();
+    plan_but(core, records, desired, observed, None)
+}
+
+/// The same as it is once what failed of one system is `forgotten`.
+pub fn plan_but(
+    core: &Core,
+    records: &Records,
+    desired: &Desired,
+    observed: &Observed,
+    forgotten: Option<&str>,
+) -> Plan {
+    let mut blocked = core.backoff().blocked_but(forgotten);
     blocked.extend(waits(records, observed));
     rts_plan::plan(desired, observed, &blocked)
 }

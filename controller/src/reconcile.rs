@@ -181,6 +181,7 @@ impl Reconciler {
             world.faults = faults;
             world.runs.retain(|slot, _| slots.contains(slot));
             world.resting = self.runs.resting();
+            world.unadopted = self.drifts.refused();
         }
         self.core.publish();
     }

@@ -159,6 +159,42 @@ async fn refusals_and_unknown_nodes_are_told_as_they_are() {
 }
 
 #[tokio::test]
+async fn what_could_not_be_stored_is_not_set_and_long_values_are_shown_cut() {
+    let World { served, agent, .. } = &world().await;
+    let long = "x".repeat(1024 * 1024 + 1);
+    for dry_run in [true, false] {
+        let refused = problem(
+            served
+                .controller
+                .act("local", &configure(&long, dry_run))
+                .await,
+        );
+        assert_eq!((refused.status, refused.code.as_str()), (422, "too-long"));
+        assert_eq!(refused.errors[0].pointer, "/act/values/gain");
+    }
+    let gain = |agent: &FakeAgent| {
+        let inventory = agent.inventory_now();
+        let mut all = inventory.managers.iter().flat_map(|m| &m.components);
+        let filter = all.find(|c| c.instance == "Filter0").unwrap();
+        filter.configuration.sets["default"]["gain"].clone()
+    };
+    assert_eq!(gain(agent), "1");
+    let acted = served
+        .controller
+        .act("local", &configure(&long[1..], false))
+        .await;
+    assert!(acted.unwrap().changed);
+    let drifted = |s: Option<&rts_controller_api::objects::System>| {
+        s.is_some_and(|s| !s.status.drift.is_empty())
+    };
+    let hello = served.cluster.until("hello", drifted).await.unwrap();
+    assert!(hello.status.drift[0].len() < 400);
+    for event in served.cluster.events() {
+        assert!(event.spec.message.len() < 400, "{}", event.spec.message);
+    }
+}
+
+#[tokio::test]
 async fn what_is_exported_is_what_runs_and_its_apply_touches_nothing() {
     let World { served, agent, .. } = &world().await;
     let untouched = served.controller.export("hello").await.unwrap();
@@ -180,7 +216,12 @@ async fn what_is_exported_is_what_runs_and_its_apply_touches_nothing() {
     assert_eq!(exported.notes, [""; 0]);
     let applied = served.controller.apply(&request(exported.spec)).await;
     let applied = applied.unwrap();
-    assert!(applied.changed && applied.plan.is_empty(), "{applied:#?}");
+    // It is stored, and said so; nothing that runs changes.
+    assert!(
+        applied.changed && applied.plan.steps.is_empty(),
+        "{applied:#?}"
+    );
+    insta::assert_snapshot!("apply_of_an_export", rts_plan::render(&applied.plan));
     served.until_converged("hello").await;
     assert_eq!(agent.take_done(), [""; 0]);
 }

@@ -90,6 +90,7 @@ async fn a_value_that_is_ignored_is_left_and_shown() {
     let hello = cluster.system("hello").unwrap();
     assert_eq!(hello.status.phase, Phase::Converged);
     assert!(hello.status.synced && hello.status.healthy);
+    insta::assert_snapshot!(condition(&hello, "Synced").1, @"as written, but for what was changed by hand and is left");
     insta::assert_snapshot!(condition(&hello, "Drifted").1, @"component/Filter0 was changed by hand (configuration.default.gain: 1 -> 7); it is left so (see rtsctl.drift)");
     assert_eq!(hello.status.drift.len(), 1);
     let filter = cluster.component("Filter0").status;
@@ -224,6 +225,110 @@ async fn what_cannot_be_adopted_is_left_and_told_once() {
     cluster.until("hello", adopted).await;
 }
 
+/// A node of another component of the system, with a system over both nodes.
+async fn over_two_nodes() -> (Cluster, Arc<FakeAgent>, Arc<FakeAgent>) {
+    let (mut cluster, agent) = Cluster::hello();
+    let other = cluster.fleet.add("other", &["Printer"]);
+    cluster.join("other", "o1");
+    let mut spec = hello(DriftPolicy::Adopt);
+    spec.components[2].placement.node = Some("other".into());
+    spec.connectors.truncate(1);
+    cluster.apply(spec).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.take_done();
+    other.take_done();
+    (cluster, agent, other)
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_waits_for_a_node_to_be_adopted_says_so_and_is_adopted_soon_after_it_is_back() {
+    let (cluster, agent, other) = over_two_nodes().await;
+    other.silence(true);
+    tokio::time::sleep(Duration::from_secs(30)).await;
+    agent.set_by_hand("Filter0", "gain", "7");
+    tokio::time::sleep(Duration::from_secs(60)).await;
+    let hello = cluster.system("hello").unwrap();
+    assert_eq!(hello.metadata.generation, 1);
+    insta::assert_snapshot!("not_adopted_yet", condition(&hello, "Drifted").1);
+    assert_eq!(cluster.told("DriftNotAdopted"), ["system/hello"]);
+    other.silence(false);
+    tokio::time::sleep(Duration::from_secs(8)).await;
+    assert_eq!(cluster.stored().systems["hello"].generation, 2);
+    assert_eq!([agent.take_done(), other.take_done()].concat(), [""; 0]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_changes_once_more_while_it_is_adopted_is_not_put_back() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    // The module is asked for before what runs is looked at: it waits there, and meanwhile another value is set.
+    agent.deafen("modules", true);
+    agent.set_by_hand("Filter0", "gain", "7");
+    tokio::time::sleep(Duration::from_secs(7)).await;
+    let asked = agent.state.lock().unwrap().resolved;
+    agent.set_by_hand("Filter0", "gain", "8");
+    agent.deafen("modules", false);
+    let adopted = |s: Option<&System>| s.unwrap().metadata.generation >= 2;
+    cluster.until("hello", adopted).await;
+    rounds().await;
+    assert!(agent.state.lock().unwrap().resolved > asked);
+    assert_eq!(gain(&agent, "Filter0"), "8");
+    assert_eq!(agent.take_done(), [""; 0], "it was never set back");
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_adoption_neither_restarts_what_failed_nor_forgets_its_tries() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    agent.fail("StartManager manager/hello.Printer0", 1_000);
+    agent.kill("hello.Printer0");
+    tokio::time::sleep(Duration::from_secs(300)).await;
+    let next = |cluster: &Cluster| {
+        let waiting = cluster.system("hello").unwrap().status.waiting_on;
+        waiting.iter().filter_map(|w| w.next_try).max().unwrap()
+    };
+    let before = next(&cluster);
+    agent.set_by_hand("Filter0", "gain", "7");
+    let adopted = |s: Option<&System>| s.unwrap().metadata.generation == 2;
+    cluster.until("hello", adopted).await;
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let far = next(&cluster).duration_since(cluster.core.clock.now());
+    assert!(next(&cluster) == before || far.as_secs() > 20, "{far:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn nothing_is_adopted_while_something_of_the_system_is_to_be_restarted() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    // It is replaced at once when it has run for a while.
+    tokio::time::sleep(Duration::from_secs(700)).await;
+    let stop = "StopManager manager/hello.Printer0";
+    agent.slow_step(stop, Duration::from_secs(40));
+    agent.expire("hello.Printer0", "it hangs");
+    agent.set_by_hand("Filter0", "gain", "7");
+    tokio::time::sleep(Duration::from_secs(30)).await;
+    assert_eq!(cluster.told("DriftNotAdopted"), ["system/hello"]);
+    assert_eq!(cluster.stored().systems["hello"].generation, 1);
+    let adopted = |s: Option<&System>| s.unwrap().metadata.generation == 2;
+    cluster.until("hello", adopted).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    assert_eq!(gain(&agent, "Filter0"), "7");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_died_is_repaired_only_once_it_is_there_again() {
+    let (cluster, agent) = runs(DriftPolicy::Repair).await;
+    agent.fail("Configure component/Printer0", 1_000);
+    agent.set_by_hand("Printer0", "gain", "7");
+    tokio::time::sleep(Duration::from_secs(6)).await;
+    assert_eq!(cluster.told("Drifted"), ["component/Printer0"]);
+    agent.fail("StartManager manager/hello.Printer0", 1_000);
+    agent.kill("hello.Printer0");
+    rounds().await;
+    assert!(cluster.told("DriftRepaired").is_empty());
+    agent.fail("StartManager manager/hello.Printer0", 0);
+    cluster.until_phase("hello", Phase::Converged).await;
+    rounds().await;
+    assert_eq!(cluster.told("DriftRepaired"), ["component/Printer0"]);
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_component_that_was_deactivated_cannot_be_adopted_and_is_left() {
     let (cluster, agent) = runs(DriftPolicy::Adopt).await;
@@ -235,6 +340,42 @@ async fn a_component_that_was_deactivated_cannot_be_adopted_and_is_left() {
     assert_eq!(agent.take_done(), [""; 0]);
     assert_eq!(cluster.told("Drifted"), ["component/Filter0"]);
     insta::assert_snapshot!(condition(&hello, "Healthy").1, @"Filter0 was deactivated by hand and is left so (see rtsctl.drift)");
+}
+
+/// Its values are part of the stored system, and nothing activates what a person stopped.
+#[tokio::test(start_paused = true)]
+async fn the_values_of_a_component_that_was_deactivated_are_adopted() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    agent.set_by_hand("Filter0", "gain", "7");
+    agent.deactivate_by_hand("Filter0");
+    let adopted = |s: Option<&System>| s.unwrap().metadata.generation == 2;
+    cluster.until("hello", adopted).await;
+    rounds().await;
+    let hello = cluster.system("hello").unwrap();
+    assert_eq!(hello.metadata.generation, 2);
+    assert_eq!(hello.status.phase, Phase::Degraded);
+    assert_eq!(agent.take_done(), [""; 0]);
+    assert_eq!(gain(&agent, "Filter0"), "7");
+    insta::assert_snapshot!(condition(&hello, "Healthy").1, @"Filter0 was deactivated by hand and is left so (see rtsctl.drift)");
+}
+
+/// However fast a person goes on, what was set last is what is stored and what runs.
+#[tokio::test(start_paused = true)]
+async fn the_last_of_many_changes_is_adopted() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    for value in 101..=120 {
+        agent.set_by_hand("Filter0", "gain", &value.to_string());
+        tokio::task::yield_now().await;
+    }
+    agent.deactivate_by_hand("Printer0");
+    rounds().await;
+    let stored = cluster.stored().systems["hello"].spec.clone();
+    assert_eq!(
+        stored.components[1].configuration.sets["default"]["gain"],
+        "120"
+    );
+    assert_eq!(gain(&agent, "Filter0"), "120");
+    assert_eq!(agent.take_done(), [""; 0]);
 }
 
 #[tokio::test(start_paused = true)]
@@ -268,4 +409,20 @@ async fn a_node_that_is_silent_for_a_while_repairs_nothing_and_tells_nothing_aga
         condition(&cluster.system("hello").unwrap(), "Drifted").0,
         "True"
     );
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_generation_does_not_tell_the_same_drift_again() {
+    let (cluster, agent) = runs(DriftPolicy::Adopt).await;
+    agent.deactivate_by_hand("Printer0");
+    rounds().await;
+    agent.set_by_hand("Filter0", "gain", "7");
+    let adopted = |s: Option<&System>| s.unwrap().metadata.generation == 2;
+    cluster.until("hello", adopted).await;
+    rounds().await;
+    assert_eq!(
+        cluster.told("Drifted"),
+        ["component/Printer0", "component/Filter0"]
+    );
+    assert_eq!(cluster.told("DriftRepaired"), [""; 0]);
 }

@@ -115,6 +115,115 @@ async fn a_process_that_died_in_between_makes_a_plan_stale() {
     assert_eq!(reviewed.expect.index, Some(1), "nothing was stored");
 }
 
+/// Waits until a target has failed and is not tried again at once.
+async fn until_in_back_off(served: &Served, target: &str) {
+    let waits = |s: Option<&rts_controller_api::objects::System>| {
+        let waiting = &s.unwrap().status.waiting_on;
+        let own = waiting.iter().find(|w| w.target == target);
+        own.is_some_and(|w| w.next_try.is_some())
+    };
+    served.cluster.until("hello", waits).await;
+}
+
+#[tokio::test]
+async fn what_waits_for_its_next_try_is_restarted_by_a_change_and_so_refused() {
+    let (served, agent) = hello().await;
+    // Sine0 moves to a process of its own: it is stopped, and cannot be stopped yet.
+    let mut spec = valued("1");
+    spec.components[0].placement.isolated = true;
+    agent.fail("Deactivate component/Sine0", 1_000);
+    apply(&served, request(spec.clone())).await;
+    until_in_back_off(&served, "component/Sine0").await;
+    for value in ["2", "3"] {
+        let sets = &mut spec.components[0].configuration.sets;
+        let set = sets.entry("default".into()).or_default();
+        set.insert("gain".into(), value.into());
+        let refused = refused(&served, &expecting(spec.clone(), no_restart())).await;
+        assert_eq!(
+            (refused.status, refused.code.as_str()),
+            (409, "would-restart")
+        );
+    }
+}
+
+#[tokio::test]
+async fn the_next_try_of_what_failed_makes_no_other_plan() {
+    let (served, agent) = hello().await;
+    agent.fail("StartManager manager/hello.Printer0", 1_000);
+    agent.kill("hello.Printer0");
+    until_in_back_off(&served, "manager/hello.Printer0").await;
+    // Its connector is cut with the second try at the latest; then it is tried every few seconds.
+    tokio::time::sleep(std::time::Duration::from_millis(1_800)).await;
+    let mut digests = std::collections::BTreeSet::new();
+    for _ in 0..20 {
+        tokio::time::sleep(std::time::Duration::from_millis(150)).await;
+        let planned = served.controller.plan(&request(valued("2"))).await.unwrap();
+        let mut steps = planned.plan.steps.iter();
+        let starts = |s: &rts_plan::plan::Step| s.target == "manager/hello.Printer0";
+        assert!(steps.any(starts), "{:#?}", planned.plan);
+        digests.insert(planned.digest);
+    }
+    assert_eq!(digests.len(), 1);
+    let reviewed = reviewed(&served, valued("2")).await;
+    assert!(apply(&served, reviewed).await.changed);
+}
+
+#[tokio::test]
+async fn what_another_system_restarts_is_no_restart_of_this_one() {
+    let (served, agent) = hello().await;
+    let mut other = systems::hello();
+    other.name = "hello2".into();
+    other.full_id = "RTSystem:rtsctl:other:1.0".into();
+    other.components = vec![systems::component("Other0", "Printer")];
+    other.connectors.clear();
+    other.orders = Default::default();
+    apply(&served, request(other.clone())).await;
+    served.until_converged("hello2").await;
+    agent.fail("Deactivate component/Other0", 1_000);
+    other.components[0].type_name = "LowPassFilter".into();
+    agent.slow_step(
+        "Deactivate component/Other0",
+        std::time::Duration::from_secs(5),
+    );
+    apply(&served, request(other)).await;
+    let planned = served.controller.plan(&request(valued("2"))).await.unwrap();
+    let restarts = planned.plan.changes.iter();
+    let restarts: Vec<_> = restarts
+        .filter(|c| c.action == rts_plan::plan::Action::Restart)
+        .map(|c| c.target.as_str())
+        .collect();
+    assert!(restarts.contains(&"component/Other0"), "{restarts:?}");
+    let calm = expecting(valued("2"), no_restart());
+    assert!(apply(&served, calm).await.changed);
+}
+
+#[tokio::test]
+async fn what_is_stored_and_moves_nothing_is_planned_and_reviewed_too() {
+    let (served, agent) = hello().await;
+    agent.take_done();
+    let mut spec = systems::hello();
+    spec.components[0].policy.restart = rts_schemas::system::RestartPolicy::Never;
+    spec.components[1].required = false;
+    spec.orders = Default::default();
+    let planned = served
+        .controller
+        .plan(&request(spec.clone()))
+        .await
+        .unwrap();
+    insta::assert_snapshot!("stored_only", rts_plan::render(&planned.plan));
+    assert!(planned.plan.steps.is_empty());
+    let reviewed = reviewed(&served, spec.clone()).await;
+    let mut edited = reviewed.clone();
+    edited.spec.components[0].policy.reset_on_error = true;
+    let refused = refused(&served, &edited).await;
+    assert_eq!(refused.code, "stale-plan");
+    assert!(apply(&served, reviewed).await.changed);
+    served.until_converged("hello").await;
+    let again = apply(&served, request(spec)).await;
+    assert!(!again.changed && again.plan.is_empty());
+    assert_eq!(agent.take_done(), [""; 0]);
+}
+
 #[tokio::test]
 async fn what_goes_on_in_another_system_makes_no_plan_stale() {
     let (served, agent) = hello().await;

@@ -15,12 +15,14 @@ const HELLO: &str = include_str!("../../manifests/hello/system.xml");
 const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
 
 /// Files that are read with a warning.
-const WARNED: [&str; 5] = [
+const WARNED: [&str; 7] = [
     "empty-system.xml",
     "unknown-element.xml",
     "repeated-connector.xml",
     "reversed-connector.xml",
     "unknown-configuration-set.xml",
+    "unknown-value.xml",
+    "unsupported-execution-kind.xml",
 ];
 
 fn files() -> Vec<(String, Vec<u8>)> {

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use rts_manager_api::control::{ByHandInfo, RequestBody};
 use rts_plan::desired::{ManagerKey, NodeSpec, NodeSystem};
-use rts_plan::observed::{ByHand, ComponentObserved, Inventory};
+use rts_plan::mark::Mark;
+use rts_plan::observed::{ByHand, ComponentObserved, Inventory, LifeCycleState};
 
 use super::LIMIT;
 use crate::agent::Agent;
@@ -29,23 +30,51 @@ impl Agent {
             .collect();
         let (agent, revision) = (self.clone(), inventory.revision);
         tokio::spawn(async move {
-            let requests = {
-                let ledger = agent.ledger.lock().await;
-                let Some(held) = ledger.held() else { return };
-                // Nothing else tells what is stale, so that a manager that never forgets is not asked over and over.
-                let now = (revision, held.generation);
-                if std::mem::replace(&mut *lock(&agent.marks_checked), now) == now {
-                    return;
-                }
-                stale(&held.spec, &marked)
+            let Some((spec, is_new)) = agent.to_be_checked(revision).await else {
+                return;
             };
-            for (key, request) in requests {
-                agent.forget_marks(&key, request).await;
+            for (key, request) in stale(&spec, &marked) {
+                agent.tell_marks(&key, request).await;
+            }
+            if is_new {
+                // Only another wish ends them: until then, one set back by hand may be on its way to be adopted.
+                for (_, component) in marked.iter().filter(|(_, c)| is_configured(c)) {
+                    agent.settle_mark(&component.instance).await;
+                }
             }
         });
     }
 
-    async fn forget_marks(&self, key: &ManagerKey, request: RequestBody) {
+    /// What is desired, and whether that is new, unless marks were compared with it for this revision. Nothing else
+    /// tells what is stale, so that a manager that never forgets is not asked over and over.
+    async fn to_be_checked(&self, revision: u64) -> Option<(NodeSpec, bool)> {
+        let ledger = self.ledger.lock().await;
+        let held = ledger.held()?;
+        let now = (revision, held.generation);
+        let before = std::mem::replace(&mut *lock(&self.marks_checked), now);
+        (before != now).then(|| (held.spec.clone(), before.1 != now.1))
+    }
+
+    /// Ends the mark of a configuration for all that is no drift any more, as it is now.
+    async fn settle_mark(self: &Arc<Self>, instance: &str) {
+        let _turn = self.turns.at(instance).await;
+        let inventory = self.observe().await;
+        let Ok((live, manager)) = self.find_component(&inventory, instance) else {
+            return;
+        };
+        let request = {
+            let ledger = self.ledger.lock().await;
+            let systems = ledger.held().map(|held| &held.spec.systems);
+            let mut systems = systems.into_iter().flatten();
+            let part = systems.find(|part| Some(&part.system) == live.system.as_ref());
+            part.and_then(|part| settled(part, &live))
+        };
+        if let Some(request) = request {
+            self.tell_marks(&manager.key, request).await;
+        }
+    }
+
+    async fn tell_marks(&self, key: &ManagerKey, request: RequestBody) {
         let Some(manager) = self.managers.get(key) else {
             return;
         };
@@ -57,6 +86,40 @@ impl Agent {
             }
         }
     }
+}
+
+fn is_configured(component: &ComponentObserved) -> bool {
+    component.by_hand.configured.is_some()
+}
+
+/// What its manager is to be told of the mark of a configuration; none when all of it is drift.
+fn settled(part: &NodeSystem, live: &ComponentObserved) -> Option<RequestBody> {
+    let instance = live.instance.clone();
+    let mut wanted = part.components.iter();
+    let placed = wanted.find(|c| c.spec.instance == instance)?;
+    let before = Mark::of(live);
+    let mut mark = before.clone();
+    mark.settle(placed, live);
+    if mark.is_empty() {
+        // Also a text that is no mark of now.
+        let by_hand = ByHandInfo {
+            configured: Some(live.by_hand.configured.clone()?),
+            ..ByHandInfo::default()
+        };
+        return Some(RequestBody::Forget {
+            instance,
+            by_hand,
+            connectors: BTreeMap::new(),
+        });
+    }
+    (mark != before).then(|| RequestBody::Configure {
+        instance,
+        sets: BTreeMap::new(),
+        active: None,
+        rate: None,
+        on_disconnect: None,
+        by_hand: Some(mark.encode()),
+    })
 }
 
 fn is_marked(component: &ComponentObserved) -> bool {
@@ -80,9 +143,7 @@ fn stale(
 fn stale_in(part: &NodeSystem, component: &ComponentObserved) -> Option<RequestBody> {
     let instance = &component.instance;
     let mut wanted = part.components.iter();
-    let settings = wanted
-        .find(|c| c.spec.instance == *instance)?
-        .settings_digest();
+    wanted.find(|c| c.spec.instance == *instance)?;
     let own = part.connectors.iter();
     let own = own.filter(|c| c.spec.source.instance == *instance);
     let digests: BTreeMap<&str, String> = own
@@ -94,13 +155,15 @@ fn stale_in(part: &NodeSystem, component: &ComponentObserved) -> Option<RequestB
     };
     let copied = |(name, mark): (&String, &String)| (name.clone(), mark.clone());
     let ByHand {
-        configured,
         deactivated,
         disconnected,
+        ..
     } = &component.by_hand;
+    // As long as it is Inactive, that is drift, whatever is desired besides.
+    let is_inactive = component.state == LifeCycleState::Inactive;
     let by_hand = ByHandInfo {
-        configured: configured.clone().filter(|mark| *mark != settings),
-        deactivated: deactivated.clone().filter(|mark| *mark != settings),
+        configured: None,
+        deactivated: deactivated.clone().filter(|_| !is_inactive),
         disconnected: disconnected.iter().filter(is_stale).map(copied).collect(),
     };
     let made = component.connectors.iter();

@@ -2,6 +2,7 @@
 
 use rts_manager_api::control::{CreateRequest, FailureCode, RequestBody, ResponseBody};
 use rts_plan::desired::{ManagerKey, SystemRef};
+use rts_plan::mark::Mark;
 use rts_plan::observed::Inventory;
 use rts_plan::plan::Work;
 use rts_schemas::names::instance_name_problem;
@@ -51,13 +52,16 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             if let (true, Some(wanted)) = (nothing_else, on_disconnect) {
                 refuse_old(&*verb.manager(&manager)?, &instance, wanted)?;
             }
+            let set = Configuration { active, sets };
+            let _turn = verb.agent.turns.at(&instance).await;
+            let by_hand = mark_left(verb, &manager, &instance, &set).await?;
             let request = RequestBody::Configure {
                 instance,
-                sets,
-                active,
+                sets: set.sets,
+                active: set.active,
                 rate,
                 on_disconnect: on_disconnect.map(|wanted| on_disconnect_name(wanted).to_owned()),
-                by_hand: None,
+                by_hand,
             };
             done(verb, &manager, request).await
         }
@@ -84,6 +88,31 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             other.kind()
         ))),
     }
+}
+
+/// What is left of the mark of what a person changed, which ends for what is set: the manager would end it all. None
+/// where nothing is left, or nothing of it ends.
+async fn mark_left(
+    verb: &Verb,
+    key: &ManagerKey,
+    instance: &str,
+    set: &Configuration,
+) -> Result<Option<String>, StepError> {
+    if *set == Configuration::default() {
+        return Ok(None);
+    }
+    let manager = verb.manager(key)?;
+    let asked = manager.link.call(RequestBody::Inventory, verb.limit);
+    let ResponseBody::Inventory(inventory) = asked.await? else {
+        return Err(manager.link.unexpected().into());
+    };
+    let mut components = inventory.components.into_iter();
+    let found = components.find(|c| c.instance == instance);
+    let marks = found.and_then(|component| component.by_hand);
+    let text = marks.and_then(|marks| marks.configured);
+    let mut mark = text.map(|text| Mark::parse(&text)).unwrap_or_default();
+    mark.set(set);
+    Ok((!mark.is_empty()).then(|| mark.encode()))
 }
 
 /// Asks the manager, which must be there.

@@ -6,11 +6,13 @@ use rts_agent_api::AgentApi;
 use rts_agent_api::messages::{Act, ActRequest, Acted, CreateByHand};
 use rts_http::problem::Problem;
 use rts_plan::desired::{NodeSpec, PlacedConnector};
-use rts_plan::observed::{ComponentObserved, LifeCycleState};
+use rts_plan::mark::{self, Mark};
+use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
 use rts_plan::place::digest;
-use rts_schemas::system::{DriftPolicy, PortRef};
+use rts_plan::plan::Work;
+use rts_schemas::system::{Configuration, DriftPolicy, OnDisconnect, PortRef};
 
-use crate::setup::{Node, component, connector, hello_spec, problem};
+use crate::setup::{Node, component, connector, hello_spec, problem, step};
 
 async fn done(node: &Node, act: Act) -> Acted {
     let dry_run = false;
@@ -295,6 +297,7 @@ async fn ends_that_do_not_fit_are_refused_with_advice() {
         connect("Sine0.out", "Printer0.in", Some("Sine0.out-Filter0.in")),
         connect("Sine0.out", "Printer0.in", Some(" ")),
         connect("Sine0.out", "Printer0.in", Some("a\nb")),
+        connect("Sine0.out", "Printer0.in", Some("a/b")),
     ]).await, @r#"
     422 wrong-direction: Filter0.in is an in-port and Sine0.out an out-port: a connector goes the other way round: rtsctl connect Sine0.out Filter0.in
     422 wrong-direction: Filter0.in is an in-port: a connector goes from an out-port to an in-port; out-ports of Filter0: out
@@ -306,6 +309,7 @@ async fn ends_that_do_not_fit_are_refused_with_advice() {
     409 name-taken: Sine0.out-Filter0.in is the name of the connector from Sine0.out to Filter0.in in this system; choose another one
     422 invalid-name: " " is no name of a connector: it is empty
     422 invalid-name: "a\nb" is no name of a connector: it has a control character
+    422 invalid-name: "a/b" is no name of a connector: it has a `/`
     "#);
 }
 
@@ -373,9 +377,134 @@ async fn marks_are_forgotten_when_something_else_is_desired() {
     node.until(|i| {
         let (sine, filter) = (component(i, "Sine0"), component(i, "Filter0"));
         let made = sine.connectors.iter().all(|c| c.by_hand.is_none());
-        made && sine.by_hand.is_empty() && filter.by_hand.is_empty()
+        made && sine.by_hand.is_empty() && filter.by_hand.deactivated.is_some()
     })
     .await;
+    // That it is to be Active never changes.
+    done(&node, activate("Filter0")).await;
+    assert!(observed(&node, "Filter0").await.by_hand.is_empty());
+}
+
+/// hello with a policy for the drift of Filter0, and its gain.
+fn wish(spec: &mut NodeSpec, gain: &str) {
+    let filter = &mut spec.systems[0].components[1].spec;
+    filter.policy.drift = DriftPolicy::Adopt;
+    let gain = BTreeMap::from([("gain".to_owned(), gain.to_owned())]);
+    filter.configuration.sets.insert("default".to_owned(), gain);
+}
+
+async fn mark(node: &Node) -> Mark {
+    Mark::of(&observed(node, "Filter0").await)
+}
+
+#[tokio::test]
+async fn changes_one_right_after_the_other_are_all_marked() {
+    let (node, _) = crate::real_manager::hello().await;
+    accept(&node, 2, |spec| wish(spec, "1")).await;
+    let act = |name: &str, value: &str| done(&node, configure("Filter0", None, &[(name, value)]));
+    let gains: Vec<String> = (100..110).map(|gain| gain.to_string()).collect();
+    let all = gains.iter().map(|gain| act("gain", gain));
+    tokio::join!(
+        futures_util::future::join_all(all),
+        act("alpha", "0.5"),
+        done(&node, deactivate("Filter0")),
+    );
+    let marked = mark(&node).await;
+    let gain = mark::path("default", "gain");
+    let alpha = mark::path("default", "alpha");
+    assert!(gains.iter().all(|value| marked.covers(&gain, value)));
+    assert!(marked.covers(&gain, "1") && marked.covers(&alpha, "0.5"));
+
+    // A plan ends the mark of what it sets, and only that.
+    let values = BTreeMap::from([("alpha".to_owned(), "0.25".to_owned())]);
+    let manager = node.agent.inventory().await.unwrap();
+    let mut managers = manager.managers.into_iter();
+    let holds = |m: &ManagerObserved| m.components.iter().any(|c| c.instance == "Filter0");
+    let work = Work::Configure {
+        manager: managers.find(holds).unwrap().key,
+        instance: "Filter0".to_owned(),
+        configuration: Configuration {
+            active: None,
+            sets: BTreeMap::from([("default".to_owned(), values)]),
+        },
+        rate: None,
+        on_disconnect: None,
+    };
+    let set = crate::setup::batch("set", 2, vec![step(1, &[], "Filter0", work)]);
+    assert_eq!(node.outcomes(&set).await[0].1, "ok");
+    let marked = mark(&node).await;
+    assert!(marked.covers(&gain, "1") && !marked.covers(&alpha, "0.5"));
+
+    // An earlier change was adopted meanwhile: the later ones are still marked.
+    accept(&node, 3, |spec| wish(spec, "103")).await;
+    assert!(mark(&node).await.covers(&gain, "103"));
+    // And what is as desired is not.
+    let filter = observed(&node, "Filter0").await;
+    let last = filter.configuration.sets["default"]["gain"].clone();
+    accept(&node, 4, |spec| wish(spec, &last)).await;
+    let filter = node
+        .until(|i| component(i, "Filter0").by_hand.configured.is_none())
+        .await;
+    let filter = component(&filter, "Filter0");
+    assert!(filter.by_hand.deactivated.is_some());
+    assert_eq!(filter.state, LifeCycleState::Inactive);
+}
+
+#[tokio::test]
+async fn values_that_no_profile_can_hold_are_refused() {
+    let (node, _) = crate::real_manager::hello().await;
+    insta::assert_snapshot!(refusals(&node, vec![
+        configure("Printer0", None, &[("prefix", "a\u{7}b")]),
+        configure("Printer0", None, &[("prefix", "a\r\n")]),
+    ]).await, @r"
+    422 invalid-value: the value of prefix has the control character U+0007: of those, a value may have only tab and newline
+    422 invalid-value: the value of prefix has the control character U+000D: of those, a value may have only tab and newline
+    ");
+    done(&node, configure("Printer0", None, &[("prefix", "a\tb\n")])).await;
+}
+
+#[tokio::test]
+async fn an_end_that_does_not_run_without_its_connector_is_named() {
+    let node = Node::start().await;
+    node.hello().await;
+    for (generation, policy) in [(2, DriftPolicy::Ignore), (3, DriftPolicy::Adopt)] {
+        accept(&node, generation, |spec| {
+            let components = &mut spec.systems[0].components;
+            components[0].spec.policy.drift = policy;
+            components[0].spec.policy.on_disconnect = OnDisconnect::Deactivate;
+            components[1].spec.policy.on_disconnect = OnDisconnect::Stop;
+        })
+        .await;
+        let act = disconnect("Sine0", "Sine0.out-Filter0.in");
+        let dry_run = true;
+        let acted = node.agent.act(&ActRequest { act, dry_run }).await.unwrap();
+        match policy {
+            DriftPolicy::Ignore => insta::assert_snapshot!(say(&acted), @r#"
+            connector/Sine0.out-Filter0.in as it was Some("hello") Some("ignore")
+              system hello leaves it so (rtsctl.drift of Sine0 is ignore)
+              Sine0 is deactivated without it (rtsctl.onDisconnect of Sine0 is deactivate)
+              Filter0 is deactivated without it (rtsctl.onDisconnect of Filter0 is stop)
+            "#),
+            _ => insta::assert_snapshot!(say(&acted), @r#"
+            connector/Sine0.out-Filter0.in as it was Some("hello") Some("adopt")
+              system hello takes it over (rtsctl.drift of Sine0 is adopt)
+              Sine0 is deactivated without it until that is taken over (rtsctl.onDisconnect of Sine0 is deactivate)
+              Filter0 is deactivated without it until that is taken over (rtsctl.onDisconnect of Filter0 is stop)
+            "#),
+        }
+    }
+    // To what the system does not have, nothing is adopted.
+    let other = CreateByHand {
+        type_name: "Printer".to_owned(),
+        instance: None,
+        parameters: BTreeMap::new(),
+        rate: None,
+    };
+    node.agent.create("bench", &other).await.unwrap();
+    insta::assert_snapshot!(say(&done(&node, connect("Sine0.out", "Printer1.in", None)).await), @r#"
+    connector/Sine0.out-Printer1.in changed Some("hello") Some("ignore")
+      Printer1 is not in system hello, so that the connector is not adopted, but left until it is disconnected or an end is made again
+    "#);
 }
 
 #[tokio::test]
@@ -420,7 +549,7 @@ async fn real_components_are_changed_refuse_and_are_marked() {
         component(&inventory, "Sine0"),
         component(&inventory, "Filter0"),
     );
-    assert_eq!(filter.by_hand.configured, Some(settings("Filter0")));
+    insta::assert_snapshot!(filter.by_hand.configured.as_ref().unwrap(), @r#"{"configuration.default.alpha":["0.1"],"configuration.default.gain":["1.0"]}"#);
     assert_eq!(filter.by_hand.deactivated, Some(settings("Filter0")));
     assert_eq!(filter.configuration.sets["default"]["gain"], "2");
     assert_eq!(sine.by_hand.disconnected[name], first().digest());
@@ -434,7 +563,11 @@ async fn real_components_are_changed_refuse_and_are_marked() {
     let parted = disconnect("Sine0", "Sine0.out-Printer0.in");
     insta::assert_snapshot!(say(&done(&node, parted).await), @r#"connector/Sine0.out-Printer0.in changed Some("hello") None"#);
     accept(&node, 2, |spec| {
-        spec.systems[0].components[1].spec.execution_context.rate = Some(50.0);
+        let values = [("gain", "2"), ("alpha", "0.75")];
+        let values = values.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let configuration = &mut spec.systems[0].components[1].spec.configuration;
+        let set = BTreeMap::from(values);
+        configuration.sets.insert("default".to_owned(), set);
     })
     .await;
     node.until(|i| component(i, "Filter0").by_hand.is_empty())

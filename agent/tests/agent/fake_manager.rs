@@ -269,6 +269,7 @@ impl Fake {
             RequestBody::Configure {
                 instance,
                 sets,
+                active,
                 on_disconnect,
                 by_hand,
                 ..
@@ -277,10 +278,17 @@ impl Fake {
                     if sets.values().flatten().any(|(name, _)| name == "refuse") {
                         return refused(FailureCode::Invalid, "it is out of range");
                     }
-                    if let Some(marks) = &mut component.by_hand {
+                    // As the real one: what sets no value leaves the mark.
+                    let marks_too = !sets.is_empty() || active.is_some() || by_hand.is_some();
+                    if let Some(marks) = component.by_hand.as_mut().filter(|_| marks_too) {
                         marks.configured = by_hand;
                     }
-                    component.sets.extend(sets);
+                    for (set, values) in sets {
+                        component.sets.entry(set).or_default().extend(values);
+                    }
+                    if let Some(active) = active {
+                        component.active = active;
+                    }
                     component.busy = busy(component);
                     if on_disconnect.is_some() {
                         component.on_disconnect = on_disconnect;

@@ -12,7 +12,7 @@ use rts_controller_api::requests::{ApplyResult, PlanResult};
 
 pub use self::partly::list_unfinished;
 use self::partly::{list_waiting, partly};
-use super::plan::ExpectArgs;
+use super::plan::{ExpectArgs, show};
 use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -20,7 +20,7 @@ use crate::follow::{Follower, Verdict, judge};
 use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
 use crate::session::Session;
-use crate::show::plan::{self, PlanFormat, View};
+use crate::show::plan::{self, PlanFormat};
 use crate::show::progress::{self, Progress};
 
 /// How long a system may be unwell without anybody saying why.
@@ -44,9 +44,15 @@ pub struct Args {
     /// What must be true.
     #[command(flatten)]
     expect: ExpectArgs,
-    /// Only print the plan; starts nothing
+    /// Only print what `rtsctl plan` prints; starts nothing
     #[arg(long)]
     dry_run: bool,
+    /// How to print the plan [default: text]
+    #[arg(short, long, value_name = "FORMAT", requires = "dry_run")]
+    output: Option<PlanFormat>,
+    /// List the steps of the plan however many they are (50 or fewer always are)
+    #[arg(long, requires = "dry_run")]
+    steps: bool,
 }
 
 /// Applies and follows until everything runs.
@@ -56,7 +62,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Source::Saved(saved) => (Input::saved(&saved), Some(saved)),
     };
     if args.dry_run {
-        return dry_run(&input, &args.expect, session).await;
+        return dry_run(&input, &args, session).await;
     }
     let controller = match &saved {
         // What was planned with a controller is of no use to a new one.
@@ -66,13 +72,28 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let start = Instant::now();
     let plan = match saved {
         Some(saved) => saved.result(),
-        None => planned(&input, "apply", &controller).await?,
+        None => planned(&input, &controller).await?,
     };
-    plan::warn_of(&plan.plan, &input.request.spec, &session.out);
-    args.expect.check(&input, &plan)?;
+    let checked = args.expect.check(&input, &plan);
+    if let Err(CliError::WouldRestart { .. }) = checked {
+        plan::tell_refused(&plan.plan, &input.request.spec, &session.out);
+    }
+    checked?;
     let input = args.expect.added(input);
     let result = send::put(&input, &controller).await?;
+    accepted(&input, &plan, session);
     follow(result, start, args.timeout, &controller, session).await
+}
+
+/// Says what it means that the controller does what was planned.
+fn accepted(input: &Input, plan: &PlanResult, session: &Session) {
+    let request = &input.request;
+    plan::tell(&plan.plan, &request.spec, &session.out);
+    if !request.targets.is_empty() {
+        let targets = request.targets.join(", ");
+        let text = format!("note: only {targets} was applied; the rest stays as it is stored");
+        session.out.say(&text);
+    }
 }
 
 /// Waits until what was applied runs.
@@ -110,22 +131,18 @@ async fn follow(
     }
 }
 
-async fn dry_run(input: &Input, expect: &ExpectArgs, session: &Session) -> Result<Exit, CliError> {
+async fn dry_run(input: &Input, args: &Args, session: &Session) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
-    let result = planned(input, "plan", &controller).await?;
-    plan::print(&result, PlanFormat::Text, View::Fields, &session.out)?;
-    expect.check(input, &result)?;
+    let format = args.output.unwrap_or(PlanFormat::Text);
+    let result = show(input, format, args.steps, &controller, session).await?;
+    args.expect.check(input, &result)?;
     session.out.say("dry run: nothing was changed");
     Ok(Exit::Ok)
 }
 
 /// What would be done now, whatever is expected.
-async fn planned(
-    input: &Input,
-    verb: &str,
-    controller: &Controller,
-) -> Result<PlanResult, CliError> {
-    let what = format!("{verb} system/{}", input.request.spec.name);
+async fn planned(input: &Input, controller: &Controller) -> Result<PlanResult, CliError> {
+    let what = format!("apply system/{}", input.request.spec.name);
     let result = controller.plan(&input.planned()).await;
     result.map_err(input.failed(what))
 }

@@ -31,7 +31,8 @@ pub struct Targets {
     dry_run: bool,
 }
 
-/// Does the same to each component. All are tried; the first failure gives the exit code.
+/// Does the same to each component: to none if one of them is not there. All are tried; the first failure gives the exit
+/// code.
 pub async fn each(
     targets: &Targets,
     act: fn(String) -> Act,
@@ -39,12 +40,19 @@ pub async fn each(
 ) -> Result<Exit, CliError> {
     let hand = Hand::reach(targets.dry_run, session).await?;
     let components: Vec<Component> = hand.list(Kind::Component).await?;
-    let mut exit = Exit::Ok;
+    let (mut exit, mut found) = (Exit::Ok, Vec::new());
     for name in &targets.names {
-        let done = match find::component(name, &components) {
-            Ok(component) => hand.lead(component, act).await,
-            Err(e) => Err(e),
-        };
+        let known = find::component(name, &components);
+        exit = hand.first(exit, known.map(|component| found.push(component)))?;
+    }
+    if exit != Exit::Ok {
+        if !found.is_empty() {
+            session.out.say("rtsctl: nothing was done to the others");
+        }
+        return Ok(exit);
+    }
+    for component in found {
+        let done = hand.lead(component, act).await;
         exit = hand.first(exit, done)?;
     }
     Ok(exit)

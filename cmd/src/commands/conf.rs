@@ -62,15 +62,9 @@ enum Verb {
 /// How to print a configuration.
 #[derive(Debug, Clone, Copy, clap::Args)]
 struct FormatArgs {
-    /// How to print what is shown
-    #[arg(
-        short,
-        long,
-        global = true,
-        value_name = "FORMAT",
-        default_value = "text"
-    )]
-    output: Format,
+    /// How to print what is shown [default: text]
+    #[arg(short, long, global = true, value_name = "FORMAT")]
+    output: Option<Format>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -95,6 +89,11 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Some(Verb::Act { set, .. }) => Some(set::Change::activate(set)),
         _ => None,
     };
+    if change.is_some() && args.format.output.is_some() {
+        let text = "--output is for what is shown: `set` and `act` show nothing";
+        return Err(CliError::usage(text));
+    }
+    let format = args.format.output.unwrap_or(Format::Text);
     let hand = Hand::reach(dry_run, session).await?;
     let components: Vec<Component> = hand.list(Kind::Component).await?;
     let component = find::component(&args.name, &components)?;
@@ -104,10 +103,10 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let text = match &args.verb {
         Some(Verb::Get { parameter, set }) => {
             let value = conf::in_force(component, parameter, set.as_deref())?;
-            one(component, parameter, &value, args.format.output)?
+            one(component, parameter, &value, format)?
         }
-        Some(Verb::List { set }) => all(component, set.as_deref(), &args.format, session)?,
-        _ => all(component, None, &args.format, session)?,
+        Some(Verb::List { set }) => all(component, set.as_deref(), format, session)?,
+        _ => all(component, None, format, session)?,
     };
     if component.status.state == "Unknown" {
         let name = &component.metadata.name;
@@ -142,13 +141,13 @@ fn one(
 fn all(
     component: &Component,
     set: Option<&str>,
-    format: &FormatArgs,
+    format: Format,
     session: &Session,
 ) -> Result<String, CliError> {
     if let Some(set) = set {
         conf::has_set(component, set)?;
     }
-    if format.output == Format::Text {
+    if format == Format::Text {
         let table = conf::table(component, set);
         if table.rows.is_empty() {
             let name = &component.metadata.name;
@@ -171,7 +170,7 @@ fn all(
         "sets": is.sets,
         "wanted": wanted,
     });
-    data(&value, format.output)
+    data(&value, format)
 }
 
 fn data(value: &Value, format: Format) -> Result<String, CliError> {

@@ -31,6 +31,9 @@ pub struct Args {
     /// How to print.
     #[command(flatten)]
     format: PlanFormatArgs,
+    /// List the steps too, with their reasons
+    #[arg(long)]
+    steps: bool,
 }
 
 /// Prints the differences.
@@ -38,8 +41,13 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let input = args.input.load(&session.out)?;
     let controller = session.connect().await?;
     let result = compare(&input, &controller).await?;
-    plan::print(&result, args.format.output, View::Lines, &session.out)?;
-    Ok(if plan::concerns(&result.plan, &input.request.spec) {
+    let view = match args.steps {
+        true => View::Steps { all: true },
+        false => View::Lines,
+    };
+    let spec = &input.request.spec;
+    plan::print(&result, spec, args.format.output, view, &session.out)?;
+    Ok(if plan::concerns(&result.plan, spec) {
         Exit::Different
     } else {
         Exit::Ok

@@ -71,7 +71,8 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             Format::Json => PlanFormat::Json,
             Format::Yaml => PlanFormat::Yaml,
         };
-        plan::print(&result, format, View::Steps { all: true }, &session.out)?;
+        let view = View::Steps { all: true };
+        plan::print(&result, &spec, format, view, &session.out)?;
         return Ok(Exit::Ok);
     }
     let (text, value) = told(&result, &spec, &args.what.join(" "))?;

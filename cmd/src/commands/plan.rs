@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use rts_controller_api::client::Controller;
 use rts_controller_api::requests::PlanResult;
 
 use crate::error::CliError;
@@ -9,7 +10,7 @@ use crate::exit::Exit;
 use crate::input::{Input, InputArgs};
 use crate::saved::SavedPlan;
 use crate::session::Session;
-use crate::show::plan::{self, PlanFormatArgs, View};
+use crate::show::plan::{self, PlanFormat, PlanFormatArgs, View};
 
 /// Show what apply would do, step by step; nothing changes
 ///
@@ -52,11 +53,8 @@ pub struct ExpectArgs {
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let input = args.input.load(&session.out)?;
     let controller = session.connect().await?;
-    let name = &input.request.spec.name;
-    let result = controller.plan(&input.request).await;
-    let result = result.map_err(input.failed(format!("plan system/{name}")))?;
-    let view = View::Steps { all: args.steps };
-    plan::print(&result, args.format.output, view, &session.out)?;
+    let format = args.format.output;
+    let result = show(&input, format, args.steps, &controller, session).await?;
     args.expect.check(&input, &result)?;
     if let Some(path) = &args.out {
         SavedPlan::of(&input.request, &result).write(path)?;
@@ -65,6 +63,21 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         session.out.say(&text);
     }
     Ok(Exit::Ok)
+}
+
+/// Plans now, whatever is expected, and prints that. `all`: the steps however many they are.
+pub(super) async fn show(
+    input: &Input,
+    format: PlanFormat,
+    all: bool,
+    controller: &Controller,
+    session: &Session,
+) -> Result<PlanResult, CliError> {
+    let spec = &input.request.spec;
+    let result = controller.plan(&input.planned()).await;
+    let result = result.map_err(input.failed(format!("plan system/{}", spec.name)))?;
+    plan::print(&result, spec, format, View::Steps { all }, &session.out)?;
+    Ok(result)
 }
 
 impl ExpectArgs {

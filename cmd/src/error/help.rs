@@ -14,6 +14,17 @@ const PLAN_AGAIN: &str = "plan again with `rtsctl plan`, read what is different,
 
 const LET_RESTART: &str = "leave out --no-restart to let it restart";
 
+/// What becomes of what does not run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Rest {
+    /// The controller goes on trying.
+    Tried,
+    /// Nothing of it is tried again: its failure policy holds it.
+    Held,
+    /// A person made it so by hand, and it is left so; what ends that (`rtsctl activate Filter0`), as far as is known.
+    ByHand(Vec<String>),
+}
+
 impl CliError {
     /// How to mend it.
     pub fn help(&self) -> Option<String> {
@@ -47,9 +58,9 @@ impl CliError {
             CliError::Partly {
                 system,
                 target,
-                held,
+                rest,
                 ..
-            } => Some(partly(system, target.as_deref(), *held)),
+            } => Some(partly(system, target.as_deref(), rest)),
             CliError::WouldRestart { .. } => Some(LET_RESTART.to_owned()),
             CliError::Deadline { .. } => {
                 Some("the controller goes on: see `rtsctl get systems`".to_owned())
@@ -66,16 +77,24 @@ impl CliError {
     }
 }
 
-fn partly(system: &str, target: Option<&str>, held: bool) -> String {
+fn partly(system: &str, target: Option<&str>, rest: &Rest) -> String {
     let object = target.map_or_else(|| format!("system/{system}"), str::to_owned);
     let see = format!("see `rtsctl describe {object}`");
-    if held {
-        let again = format!("run `rtsctl teardown {system}` and apply again");
-        return format!(
-            "it is not started again by itself: apply a change of it, or {again}; {see}"
-        );
+    match rest {
+        Rest::Tried => format!("the controller goes on trying: {see}"),
+        Rest::Held => {
+            let again = format!("run `rtsctl teardown {system}` and apply again");
+            format!("it is not started again by itself: apply a change of it, or {again}; {see}")
+        }
+        Rest::ByHand(ends) if ends.is_empty() => {
+            format!("it was changed by hand and is left so (rtsctl.drift): {see}")
+        }
+        Rest::ByHand(ends) => {
+            let ends: Vec<String> = ends.iter().map(|verb| format!("`{verb}`")).collect();
+            let ends = ends.join(" and ");
+            format!("it was changed by hand and is left so (rtsctl.drift) until {ends}; {see}")
+        }
     }
-    format!("the controller goes on trying: {see}")
 }
 
 #[cfg(test)]

@@ -86,10 +86,36 @@ fn a_damaged_plan_is_told_from_a_system() {
     insta::assert_snapshot!("newer", refused(newer.as_bytes()));
     let strange = text.replace("\"index\":", "\"indices\":");
     assert!(refused(strange.as_bytes()).contains("it is damaged, or of another version"));
-    let other = text.replacen("\"name\":\"hello\"", "\"name\":\"other\"", 1);
-    assert!(refused(other.as_bytes()).contains("it was changed"));
     let printed = serde_json::to_vec(&result().plan).unwrap();
     insta::assert_snapshot!("printed", refused(&printed));
+}
+
+#[test]
+fn a_plan_that_was_edited_is_refused_and_one_laid_out_anew_is_not() {
+    let whole = serde_json::to_value(saved()).unwrap();
+    let laid_out = format!("{whole:#}");
+    let read = SavedPlan::read("x.plan", laid_out.as_bytes());
+    assert_eq!(read.unwrap().unwrap(), saved());
+    let edits: [fn(&mut Value); 6] = [
+        |v| v["metadata"]["name"] = json!("other"),
+        |v| v["index"] = json!(4),
+        |v| v["plan"]["steps"] = json!([]),
+        |v| v["plan"]["steps"][0]["reason"] = json!("other"),
+        |v| v["request"]["spec"]["components"][0]["type"] = json!("Other"),
+        |v| v["checksum"] = json!(""),
+    ];
+    for edit in edits {
+        let mut edited = whole.clone();
+        edit(&mut edited);
+        assert_ne!(edited, whole);
+        insta::allow_duplicates! {
+            insta::assert_snapshot!("edited", refused(edited.to_string().as_bytes()));
+        }
+    }
+    let mut old = whole;
+    old.as_object_mut().unwrap().remove("checksum");
+    let said = refused(old.to_string().as_bytes());
+    assert!(said.contains("missing field `checksum`"), "{said}");
 }
 
 #[test]

@@ -9,13 +9,14 @@ use clap::ValueEnum;
 use rts_controller_api::requests::PlanResult;
 use rts_plan::plan::Plan;
 use rts_plan::render::{Layout, Tone, after, body, critical_path, dot, mermaid, plain, summary};
+use rts_schemas::system::SystemSpec;
 
 use crate::error::CliError;
 use crate::local::plural;
 use crate::output::Output;
 use crate::show::table::Table;
 
-pub use self::own::{concerns, warn_of, would_restart};
+pub use self::own::{concerns, tell, tell_refused, would_restart};
 
 /// Most steps that are listed unasked.
 const FEW: usize = 50;
@@ -50,22 +51,23 @@ pub struct PlanFormatArgs {
 pub enum View {
     /// A line for each difference, where it fits.
     Lines,
-    /// A line for each field that differs.
-    Fields,
-    /// The steps too; all of them, or only if they are few.
+    /// A line for each field that differs, and the steps: all of them, or only if they are few.
     Steps {
         /// All.
         all: bool,
     },
 }
 
-/// Prints what changes and what restarts, with the remarks.
+/// Prints what changes and what restarts, with the remarks, for one system: what was changed by hand in others, and the
+/// remarks on them, are left out.
 pub fn print(
     result: &PlanResult,
+    spec: &SystemSpec,
     format: PlanFormat,
     view: View,
     out: &Output,
 ) -> Result<(), CliError> {
+    let result = &own::of(result, spec);
     match format {
         PlanFormat::Text => {
             remarks(result, out);

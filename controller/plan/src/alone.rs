@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use crate::decide::Fate;
 use crate::index::{Facts, Id, Live, Seat, Want};
-use crate::observed::ManagerObserved;
+use crate::observed::{ConnectorState, ManagerObserved};
 use crate::plan::Blocked;
 use crate::target;
 
@@ -64,4 +64,24 @@ pub(crate) fn made_by_hand<'a>(facts: &Facts<'a>, seat: &Seat<'a>) -> BTreeSet<&
         .filter(|live| live.component.system.is_none())
         .map(|live| live.component.instance.as_str())
         .collect()
+}
+
+/// Notes on the connectors from components that a person made to components of a system: no plan touches them.
+pub(crate) fn feeds_by_hand(facts: &Facts<'_>, fates: &[Fate]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let hand_made = facts.lives.iter().filter(|l| l.component.system.is_none());
+    for connector in hand_made.flat_map(|live| &live.component.connectors) {
+        let target = connector.target_incarnation.as_str();
+        let target = facts.by_incarnation.get(target).copied();
+        let stays = target.filter(|live| fates[*live] == Fate::Keep);
+        let system = stays.and_then(|live| facts.lives[live].component.system.as_ref());
+        let lost = connector.state == ConnectorState::Disconnected;
+        if let Some(system) = system.filter(|_| !lost) {
+            notes.push(format!(
+                "connector {} from {}, made by hand, feeds {} of system {}: it is left alone",
+                connector.name, connector.source, connector.target, system.name
+            ));
+        }
+    }
+    notes
 }

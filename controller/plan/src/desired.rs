@@ -91,8 +91,8 @@ pub struct PlacedComponent {
 }
 
 impl PlacedComponent {
-    /// SHA-256 over what can be changed in it by hand: configuration, active set and rate. A change by hand is marked
-    /// with it ([`crate::observed::ByHand`]).
+    /// SHA-256 over what can be changed in it in place: configuration, active set and rate. A deactivation by hand is
+    /// marked with it ([`crate::observed::ByHand`]).
     pub fn settings_digest(&self) -> String {
         let spec = &self.spec;
         crate::place::digest_of(&(&spec.configuration, spec.execution_context.rate))

@@ -43,7 +43,7 @@ pub(crate) fn changes<'a>(
         }
     }
     connectors(facts, links, down, &mut changes);
-    details::end_with_source(facts, decisions, links, &mut changes);
+    details::end_with_source(facts, decisions, links, down, &mut changes);
     processes::managers(decisions, up, &mut changes);
     changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
     changes
@@ -114,7 +114,7 @@ fn changed<'a>(
     };
     if let Some(to) = to {
         let state = live.component.state;
-        let by_hand = drift::deactivated(facts.wants[&id].placed, live.component);
+        let by_hand = drift::deactivated(live.component);
         fields.push(FieldChange {
             field: "state".to_owned(),
             old: Some(format!("{state:?}")),

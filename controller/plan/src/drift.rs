@@ -1,7 +1,9 @@
 //! What a person changed by hand since a plan last did, and whether it is put back (`rtsctl.drift`).
 //!
 //! The manager keeps a mark for each such change, which says what was desired at that moment: the change is drift as
-//! long as the same is desired, and dies with the instance. What differs without a mark is never drift.
+//! long as the same is desired, and dies with the instance. What differs without a mark is never drift. A configuration
+//! has a mark for each value ([`crate::mark`]): some of its differences may be drift, and others not. A component that
+//! was deactivated was to be Active, whatever else is desired: that is drift until it is activated.
 //!
 //! - What is repaired is planned like any difference, with a reason that says who made it.
 //! - What is left is no difference: it has no change and no step. It is there as long as it works: a connector that a
@@ -9,9 +11,10 @@
 //! - A component that was deactivated and is left so is not Active all the same: required, it holds up what is ordered
 //!   after it. A connector that is left out is missing for `onDisconnect`: its ends are not Active without it, but
 //!   none is deleted for it, since the mark would go with it.
-//! - What no profile can say is not adopted but left.
+//! - What no profile can say is not adopted but left; the values of a component that was deactivated are.
 //!
-//! A digest is made only for what has a mark, so that a plan of a system without drift costs nothing more.
+//! Digests are made and marks read only where there is a mark, so that a plan of a system without drift costs nothing
+//! more.
 
 use rts_schemas::system::DriftPolicy;
 
@@ -20,16 +23,20 @@ use crate::desired::{Desired, PlacedComponent};
 use crate::in_place::{Setting, settings};
 use crate::index::{Facts, Id, Keys};
 use crate::links::Links;
+use crate::mark::Mark;
 use crate::observed::{ComponentObserved, LifeCycleState, Observed};
 use crate::peers;
 use crate::plan::{Blocked, Drift, DriftKind, FieldChange};
 use crate::target;
 
-/// What a person changed by hand, and why it is not adopted, where it was to be.
+/// Why a deactivation is not adopted.
+const INACTIVE: &str = "no profile can say that it is Inactive";
+
+/// What a person changed by hand, and why it, or a part of it, is not adopted, where it was to be.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
     pub drift: Drift,
-    /// Such a drift has the policy `ignore`.
+    /// A drift of which nothing is adopted has the policy `ignore`.
     pub not_adopted: Option<&'static str>,
 }
 
@@ -51,6 +58,13 @@ impl Found {
         self
     }
 
+    /// Is adopted, if it was to be, but for one part of it.
+    #[must_use]
+    pub fn but_for(mut self, obstacle: &'static str) -> Self {
+        self.not_adopted = (self.drift.policy == DriftPolicy::Adopt).then_some(obstacle);
+        self
+    }
+
     /// True for what is not put back.
     pub fn left(&self) -> bool {
         self.drift.policy != DriftPolicy::Repair
@@ -60,9 +74,12 @@ impl Found {
     pub fn note(&self) -> Option<String> {
         let (target, reason) = (&self.drift.target, &self.drift.reason);
         let why = self.not_adopted?;
-        Some(format!(
-            "{target} {reason}: it is left and not adopted, since {why}"
-        ))
+        Some(match self.drift.policy {
+            DriftPolicy::Adopt => format!(
+                "{target} {reason}: its values are adopted, and it is left Inactive, since {why}"
+            ),
+            _ => format!("{target} {reason}: it is left and not adopted, since {why}"),
+        })
     }
 }
 
@@ -100,13 +117,12 @@ fn component<'a>(facts: &Facts<'a>, id: Id<'a>, live: usize) -> Option<Found> {
     if component.recreate_hash != placed.recreate_hash || live.seat() != want.seat() {
         return None;
     }
-    let mut fields = Vec::new();
-    if configured(placed, component) {
-        let settings = settings(&placed.spec, component);
-        fields.extend(settings.iter().map(Setting::drift));
-    }
+    let mark = Mark::of(component);
+    let settings = settings(&placed.spec, component);
+    let by_hand = settings.iter().filter(|setting| setting.is_drift(&mark));
+    let mut fields: Vec<_> = by_hand.map(Setting::drift).collect();
     let changed = !fields.is_empty();
-    let idle = deactivated(placed, component);
+    let idle = deactivated(component);
     fields.extend(idle.then(|| FieldChange {
         field: "state".to_owned(),
         old: Some("Active".to_owned()),
@@ -118,9 +134,6 @@ fn component<'a>(facts: &Facts<'a>, id: Id<'a>, live: usize) -> Option<Found> {
         (false, true) => "was deactivated by hand",
         (true, true) => "was changed and deactivated by hand",
     };
-    // What else was changed waits too: with another configuration desired, the mark would not count any longer, and
-    // the component would be activated.
-    let obstacle = idle.then_some("no profile can say that it is Inactive");
     let drift = Drift {
         target: target::component(id.instance),
         system: want.system.name.clone(),
@@ -129,23 +142,21 @@ fn component<'a>(facts: &Facts<'a>, id: Id<'a>, live: usize) -> Option<Found> {
         reason: reason.to_owned(),
         fields,
     };
-    Some(Found::new(drift).unless(obstacle))
+    let found = Found::new(drift);
+    Some(match (idle, changed) {
+        (true, false) => found.unless(Some(INACTIVE)),
+        // Its values are adopted.
+        (true, true) => found.but_for(INACTIVE),
+        _ => found,
+    })
 }
 
-/// True when a person set its configuration or active set since the plan did, and the same is desired as then.
-pub(crate) fn configured(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
-    let mark = live.by_hand.configured.as_ref();
-    mark.is_some_and(|mark| *mark == placed.settings_digest())
-}
-
-/// True when it is Inactive since a person deactivated it, and the same is desired as then.
-pub(crate) fn deactivated(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
-    let mark = live.by_hand.deactivated.as_ref();
-    let mark = mark.filter(|_| live.state == LifeCycleState::Inactive);
-    mark.is_some_and(|mark| *mark == placed.settings_digest())
+/// True when it is Inactive since a person deactivated it, whatever is desired of it now: that it is Active always is.
+pub(crate) fn deactivated(live: &ComponentObserved) -> bool {
+    live.by_hand.deactivated.is_some() && live.state == LifeCycleState::Inactive
 }
 
 /// True when a person deactivated it and it is left so.
 pub(crate) fn left_inactive(placed: &PlacedComponent, live: &ComponentObserved) -> bool {
-    placed.spec.policy.drift != DriftPolicy::Repair && deactivated(placed, live)
+    placed.spec.policy.drift != DriftPolicy::Repair && deactivated(live)
 }

@@ -41,7 +41,7 @@ pub struct Explanation {
     pub delays: usize,
     /// The longest chain of steps behind it, which it delays: without itself, first to last.
     pub tail: Vec<StepId>,
-    /// It is on the critical path: the plan takes longer by what it takes longer.
+    /// It is on the critical path: what it takes longer, it takes longer until everything is Active.
     pub critical: bool,
 }
 

@@ -106,6 +106,11 @@ impl Steps {
         self.drafts[step].gate.needs.extend(on);
     }
 
+    /// True for a step that is given up when another fails.
+    pub fn needs_any(&self, step: Ix) -> bool {
+        !self.drafts[step].gate.needs.is_empty()
+    }
+
     /// `step` obeys an order.
     pub fn gate(&mut self, step: Ix, gate: Gate) {
         let own = &mut self.drafts[step].gate;

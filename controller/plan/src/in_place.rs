@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use rts_schemas::system::{ComponentSpec, Configuration, DriftPolicy, OnDisconnect};
 
 use crate::desired::PlacedComponent;
-use crate::drift;
+use crate::mark::{self, Mark};
 use crate::observed::ComponentObserved;
 use crate::plan::FieldChange;
+use crate::render::names::value;
 
 /// Why a value that nobody wrote changes.
 pub(crate) const GONE: &str = " (no longer in the profile, back to its default)";
@@ -36,9 +37,14 @@ impl Setting<'_> {
     /// Name of the field, as changes and drifts have it.
     pub fn path(&self) -> String {
         match self.value {
-            Some((set, name)) => format!("configuration.{set}.{name}"),
-            None => "configuration.active".to_owned(),
+            Some((set, name)) => mark::path(set, name),
+            None => mark::ACTIVE.to_owned(),
         }
+    }
+
+    /// True when a person changed it, and the same is desired as then.
+    pub fn is_drift(&self, mark: &Mark) -> bool {
+        !mark.is_empty() && mark.covers(&self.path(), self.desired)
     }
 
     /// The difference, from what was desired to what is found.
@@ -64,16 +70,16 @@ impl Setting<'_> {
 
     fn reason(&self) -> String {
         let why = if self.default { GONE } else { "" };
-        let (name, desired) = (self.name(), self.desired);
-        match self.found {
+        let (name, desired) = (self.name(), value(self.desired));
+        match self.found.map(value) {
             Some(found) => format!("{name}{why} changed from {found} to {desired}"),
             None => format!("{name}{why} is now {desired}"),
         }
     }
 
     fn by_hand(&self) -> String {
-        let (name, desired) = (self.name(), self.desired);
-        match self.found {
+        let (name, desired) = (self.name(), value(self.desired));
+        match self.found.map(value) {
             Some(found) => format!("{name} was changed by hand from {desired} to {found}"),
             None => format!("{name} was {desired} and was taken away by hand"),
         }
@@ -91,18 +97,17 @@ impl Setting<'_> {
     }
 }
 
-/// What has to change in place; none when nothing does. What a person changed is set back or left, as its policy says.
+/// What has to change in place; none when nothing does. What a person changed is set back or left, as its policy says;
+/// what else differs is set.
 pub(crate) fn in_place(placed: &PlacedComponent, live: &ComponentObserved) -> Option<InPlace> {
     let spec = &placed.spec;
-    let by_hand = drift::configured(placed, live);
-    let mut settings = settings(spec, live);
-    if by_hand && spec.policy.drift != DriftPolicy::Repair {
-        settings.clear();
-    }
+    let mark = Mark::of(live);
+    let leaves = spec.policy.drift != DriftPolicy::Repair;
     let mut change = InPlace::default();
     let (mut reasons, mut back) = (Vec::new(), Vec::new());
-    for setting in &settings {
-        match by_hand {
+    for setting in &settings(spec, live) {
+        match setting.is_drift(&mark) {
+            true if leaves => continue,
             true => back.push(setting.by_hand()),
             false => reasons.push(setting.reason()),
         }

@@ -111,13 +111,25 @@ pub(crate) struct Facts<'a> {
     pub members: BTreeMap<&'a str, Vec<Id<'a>>>,
 }
 
-/// True when a component is held under the part of its system that is desired now.
-fn counts(held: &Held, parts: Option<&Vec<NodeSystem>>) -> bool {
-    let Some(decided) = &held.part else {
-        return true;
-    };
-    let mut own = parts.into_iter().flatten();
-    own.any(|part| part.system.uid == held.system.uid && part.digest() == *decided)
+/// Digests of the parts of one node, by system uid; each is made once, and only when it is asked for.
+struct Digests<'a> {
+    parts: &'a [NodeSystem],
+    made: BTreeMap<&'a str, Vec<String>>,
+}
+
+impl<'a> Digests<'a> {
+    /// True when a component is held under the part of its system that is desired now.
+    fn counts(&mut self, held: &'a Held) -> bool {
+        let Some(decided) = &held.part else {
+            return true;
+        };
+        let (uid, parts) = (held.system.uid.as_str(), self.parts);
+        let made = self.made.entry(uid).or_insert_with(|| {
+            let own = parts.iter().filter(|part| part.system.uid == uid);
+            own.map(NodeSystem::digest).collect()
+        });
+        made.contains(decided)
+    }
 }
 
 impl<'a> Facts<'a> {
@@ -235,8 +247,12 @@ impl<'a> Facts<'a> {
                 self.add_process(seat, manager);
             }
         }
-        let parts = desired.nodes.get(node).map(|spec| &spec.systems);
-        for held in inventory.held.iter().filter(|held| counts(held, parts)) {
+        let parts = desired.nodes.get(node);
+        let mut digests = Digests {
+            parts: parts.map_or(&[], |spec| &spec.systems),
+            made: BTreeMap::new(),
+        };
+        for held in inventory.held.iter().filter(|held| digests.counts(held)) {
             if let Some(id) = self.ids.get(&held.system.uid, &held.instance) {
                 self.held.insert((node, id), &held.reason);
             }

@@ -11,6 +11,7 @@ pub mod check;
 pub mod delta;
 pub mod desired;
 pub mod explain;
+pub mod mark;
 pub mod observed;
 pub mod place;
 pub mod plan;

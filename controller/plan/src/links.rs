@@ -104,11 +104,13 @@ pub(crate) fn decide<'a>(
     blocked: &Blocked,
 ) -> Links<'a> {
     let mut links = Links::default();
-    left_overs::cut(facts, decisions, &mut links);
+    left_overs::cut(facts, decisions, blocked, &mut links);
     for (key, link) in facts.links.iter() {
         if link.connector.spec.kind == PortKind::Service {
-            let name = (link.system.name.as_str(), key.1);
-            links.services.push(name);
+            // Of a system that goes nobody wants it.
+            if link.ends.iter().any(|end| facts.wants.contains_key(end)) {
+                links.services.push((link.system.name.as_str(), key.1));
+            }
             continue;
         }
         let linker = Linker {
@@ -241,7 +243,11 @@ impl<'a> Linker<'_, 'a> {
             None => {
                 let why = self.decisions.waits.get(&id);
                 let why = why.map_or("nothing makes it", String::as_str);
-                End::Absent(format!("{} is not there: {why}", id.instance))
+                let there = match self.facts.unknown.contains_key(want.node) {
+                    true => "cannot be seen",
+                    false => "is not there",
+                };
+                End::Absent(format!("{} {there}: {why}", id.instance))
             }
         }
     }

@@ -155,16 +155,17 @@ pub struct ComponentObserved {
 }
 
 /// What a person changed in a component, each with a mark that says what was desired at that moment: once something
-/// else is desired, the change is no drift any more, but simply what the new wish replaces. Kept by the manager.
+/// else is desired, the change is no drift any more, but simply what the new wish replaces. Kept by the manager, to
+/// which a mark is a text without a meaning.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct ByHand {
-    /// Configuration values or the active set were set by hand, over [`PlacedComponent::settings_digest`].
-    ///
-    /// [`PlacedComponent::settings_digest`]: crate::desired::PlacedComponent::settings_digest
+    /// Configuration values or the active set were set by hand: which, and what was desired of each
+    /// ([`Mark`](crate::mark::Mark)).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configured: Option<String>,
-    /// It was deactivated by hand, over [`PlacedComponent::settings_digest`].
+    /// It was deactivated by hand, over [`PlacedComponent::settings_digest`]. Whatever is desired of it later, this
+    /// counts until it is activated or made again: that it is to be Active never changes.
     ///
     /// [`PlacedComponent::settings_digest`]: crate::desired::PlacedComponent::settings_digest
     #[serde(default, skip_serializing_if = "Option::is_none")]

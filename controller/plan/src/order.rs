@@ -30,22 +30,6 @@ pub(crate) struct Member<'a> {
     pub required: bool,
 }
 
-/// Members of one system. What is not desired any more counts as required.
-pub(crate) fn members<'a, 'f>(
-    facts: &'f Facts<'a>,
-    uid: &'a str,
-    names: impl IntoIterator<Item = &'a str> + 'f,
-) -> impl Iterator<Item = Member<'a>> + 'f {
-    names.into_iter().map(move |name| {
-        let id = facts.id(uid, name);
-        let want = id.and_then(|id| facts.wants.get(&id));
-        Member {
-            name,
-            required: want.is_none_or(|want| want.placed.spec.required),
-        }
-    })
-}
-
 /// Visits the components of one system in the order that these lists ask for. Gives what has to be said of it.
 pub(crate) fn visit<'a>(
     facts: &Facts<'a>,
@@ -61,7 +45,13 @@ pub(crate) fn visit<'a>(
         }
         return Vec::new();
     };
-    let members = members(facts, uid, ids.iter().map(|id| id.instance));
+    let members = ids.iter().map(|id| Member {
+        name: id.instance,
+        required: facts
+            .wants
+            .get(id)
+            .is_none_or(|want| want.placed.spec.required),
+    });
     let order = Order::new(lists, members);
     let over = order.walk(|instance, gate| match facts.id(uid, instance) {
         Some(id) => visit(id, gate),
@@ -99,6 +89,8 @@ pub(crate) enum Standing {
     Done,
     /// These steps have to be awaited: one, or one for each instance that is taken down.
     Steps(Vec<Ix>),
+    /// The same, and they need nothing: nobody ever gives them up, so that they end after all that stands before them.
+    Certain(Vec<Ix>),
     /// It cannot get there now.
     Waits,
     /// It cannot get there now, and why (`was deactivated by hand`).

@@ -8,7 +8,9 @@ mod nodes;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::names;
-use rts_schemas::system::{ComponentSpec, ConnectorSpec, ExecutionKind, PortRef, SystemSpec};
+use rts_schemas::system::{
+    ComponentSpec, ConnectorSpec, ExecutionKind, PortKind, PortRef, SystemSpec,
+};
 use sha2::{Digest, Sha256};
 
 use crate::desired::{
@@ -182,8 +184,9 @@ fn place_system(
                 .push(place_component(system, component, manager));
         }
     }
-    if !system.deleting {
-        for connector in &system.spec.connectors {
+    for connector in &system.spec.connectors {
+        // Who provides a service to whom matters to the end of a system, and nobody observes it.
+        if !system.deleting || connector.kind == PortKind::Service {
             place_connector(&mut parts, connector, place_of);
         }
     }

@@ -5,7 +5,7 @@ mod work;
 
 use std::collections::BTreeMap;
 
-use rts_schemas::system::{DriftPolicy, OnDisconnect};
+use rts_schemas::system::DriftPolicy;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -30,7 +30,8 @@ pub struct Plan {
     pub drift: Vec<Drift>,
     /// Remarks: what was made by hand, dropped preferences.
     pub notes: Vec<String>,
-    /// The chain of steps that takes longest, first to last; see [`crate::critical_path`].
+    /// The chain of steps that takes longest, until all that is brought up is up, first to last; see
+    /// [`crate::critical_path`].
     #[serde(default)]
     pub critical_path: Vec<StepId>,
 }
@@ -172,7 +173,8 @@ pub struct Restart {
     pub reason: String,
 }
 
-/// A component that stays while one that it is connected with is made again.
+/// A component that stays while one that it is connected with is made again. It stays as it is: the plan cuts the
+/// connectors first, and what is planned is no loss for a policy (`rtsctl.onDisconnect`) to act on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct Affected {
@@ -184,8 +186,6 @@ pub struct Affected {
     pub manager: String,
     /// It lacks samples; otherwise only its own go nowhere.
     pub starved: bool,
-    /// What it does by itself then.
-    pub on_disconnect: OnDisconnect,
 }
 
 /// Something that has to wait.

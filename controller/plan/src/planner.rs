@@ -21,7 +21,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::alone::made_by_hand;
+use crate::alone::{feeds_by_hand, made_by_hand};
 use crate::bring_up::{self, Up};
 use crate::critical_path::critical_path;
 use crate::decide::{Decisions, Stop};
@@ -159,6 +159,7 @@ fn notes<'a>(
             "made by hand in manager {name} on {node}: {names}; {fate}"
         ));
     }
+    notes.extend(feeds_by_hand(facts, &decisions.fates));
     for (system, name) in &links.services {
         notes.push(format!(
             "service connector {name} of system {system}: is declared, service ports are connected by a later version"

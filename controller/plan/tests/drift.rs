@@ -5,6 +5,7 @@
 
 mod world;
 
+use rts_plan::StoredSystem;
 use rts_plan::observed::{ConnectorState, LifeCycleState};
 use rts_schemas::system::{DriftPolicy, OnDisconnect, SendingTiming};
 
@@ -67,7 +68,7 @@ fn a_deactivated_component() {
     insta::assert_snapshot!(under_each_policy(|world| world.deactivate("Filter0")));
 }
 
-/// Its other changes are adopted once it is Active: adopted now, they would activate it.
+/// Its values are adopted; that it is Inactive cannot be, and stays as it is.
 #[test]
 fn a_deactivated_and_changed_component() {
     insta::assert_snapshot!(under_each_policy(|world| {
@@ -186,7 +187,8 @@ fn a_connector_made_by_hand_that_is_lost() {
     assert!(story.plan().in_step() && story.plan().drift.is_empty());
 }
 
-/// A mark counts for what was desired then: another wish replaces what a person did.
+/// A mark counts for what was desired then: another wish replaces what a person did. That a component is Active is
+/// always wished: what a person deactivated stays so.
 #[test]
 fn a_changed_profile_replaces_it() {
     let mut story = Story::started(with_policy(DriftPolicy::Ignore));
@@ -202,7 +204,101 @@ fn a_changed_profile_replaces_it() {
     story.world.apply(changed);
     insta::assert_snapshot!(tell_drift(&story.plan()));
     story.turn();
+    let plan = story.plan();
+    assert!(plan.in_step() && plan.drift.len() == 1, "{plan}");
+}
+
+/// hello, under a policy, with one more value in Filter0.
+fn with_alpha(policy: DriftPolicy) -> StoredSystem {
+    let mut system = with_policy(policy);
+    set(&mut system.spec.components[1], "alpha", "0.1");
+    system
+}
+
+/// The profile changes one value and the rate of a component: what a person changed besides stays.
+#[test]
+fn what_is_left_stays_when_something_else_changes() {
+    let mut story = Story::started(with_alpha(DriftPolicy::Ignore));
+    story.world.set_gain("2.0");
+    story.world.deactivate("Filter0");
+    let mut changed = with_alpha(DriftPolicy::Ignore);
+    set(&mut changed.spec.components[1], "alpha", "0.9");
+    changed.spec.components[1].execution_context.rate = Some(50.0);
+    story.world.apply(changed);
+    insta::assert_snapshot!(tell_drift(&story.plan()));
+    story.turn();
+    story.world.forget_stale_marks();
+    let plan = story.plan();
+    assert!(plan.in_step() && plan.drift.len() == 1, "{plan}");
+    // Repaired after all.
+    let mut repaired = with_alpha(DriftPolicy::Repair);
+    set(&mut repaired.spec.components[1], "alpha", "0.9");
+    repaired.spec.components[1].execution_context.rate = Some(50.0);
+    story.world.apply(repaired);
+    insta::assert_snapshot!("and_is_repaired", tell_drift(&story.plan()));
+    story.turn();
+    let plan = story.plan();
+    assert!(plan.in_step() && plan.drift.is_empty(), "{plan}");
+}
+
+/// Stores what is to be adopted at this moment, while a person goes on.
+fn adopt_late(meanwhile: impl Fn(&mut World)) -> String {
+    let system = with_alpha(DriftPolicy::Adopt);
+    let mut story = Story::started(system.clone());
+    story.world.set_gain("2.0");
+    let seen = story.plan().drift;
+    meanwhile(&mut story.world);
+    let (spec, _) = rts_plan::with_drift(&system.spec, &seen, |_| true);
+    story.world.apply(StoredSystem { spec, ..system });
+    let plan = story.plan();
+    assert!(plan.in_step(), "{plan}");
+    // Whether agents come to forget before or after.
+    story.world.forget_stale_marks();
+    assert_eq!(story.plan(), plan);
+    tell_drift(&plan)
+}
+
+/// What a person changes while an earlier change is being adopted is not lost.
+#[test]
+fn what_is_changed_while_another_change_is_adopted() {
+    let same = adopt_late(|world| ["3.0", "4.0"].iter().for_each(|v| world.set_gain(v)));
+    let other = adopt_late(|world| world.set_value("Filter0", "alpha", "0.5"));
+    let back = adopt_late(|world| world.set_gain("1.0"));
+    let idle = adopt_late(|world| world.deactivate("Filter0"));
+    let all = [
+        ("same", same),
+        ("other", other),
+        ("back", back),
+        ("idle", idle),
+    ];
+    let all = all.map(|(name, text)| format!("-- {name}\n{text}"));
+    insta::assert_snapshot!(all.concat());
+}
+
+/// Under a policy that leaves it, what a person set is no wish: written in the profile, an earlier value comes.
+#[test]
+fn an_earlier_value_may_be_written() {
+    let mut story = Story::started(with_policy(DriftPolicy::Ignore));
+    story.world.set_gain("2.0");
+    story.world.set_gain("3.0");
+    let mut changed = with_policy(DriftPolicy::Ignore);
+    set(&mut changed.spec.components[1], "gain", "2.0");
+    story.world.apply(changed);
+    story.turn();
+    let filter = story.world.component("Filter0").unwrap();
+    assert_eq!(filter.configuration.sets["default"]["gain"], "2.0");
     assert!(story.plan().in_step() && story.plan().drift.is_empty());
+}
+
+/// What a component outside of all systems feeds into one is in no plan, but is told.
+#[test]
+fn a_connector_from_a_component_made_by_hand() {
+    let mut story = Story::started(with_policy(DriftPolicy::Repair));
+    story.world.create_by_hand(0, "Mine0", true);
+    story.world.connect_new("Mine0", "Filter0");
+    let plan = story.plan();
+    assert!(plan.in_step() && plan.drift.is_empty(), "{plan}");
+    insta::assert_snapshot!(plan.notes.join("\n"));
 }
 
 /// What is changed besides is changed, and the rest left: a plan's change of the rate or a policy ends no mark.

@@ -165,14 +165,18 @@ proptest! {
         prop_assert_eq!(lab.difference(), Vec::<String>::new());
     }
 
-    /// Once something else is desired, that comes, whatever the policy.
+    /// Once something else is desired, that comes, whatever the policy: each value for itself. What was deactivated
+    /// stays so.
     #[test]
-    fn a_new_wish_replaces_what_was_changed(seed: u64, events in events(), hands in hands()) {
+    fn a_new_wish_replaces_what_was_changed(seed: u64, events in events(), hands in hands(), values: bool) {
         let mut lab = touched(seed, &mended(&events), &hands)?;
+        let before = lab.drift();
         apply(&mut lab, |system| {
             for component in &mut system.spec.components {
-                set(component, "gain", "9.75");
                 component.configuration.active = Some("slow".to_owned());
+                if values {
+                    set(component, "gain", "9.75");
+                }
             }
             for connector in &mut system.spec.connectors {
                 let how = "dataport.subscription_type".to_owned();
@@ -180,11 +184,37 @@ proptest! {
             }
         });
         lab.converge()?;
-        prop_assert_eq!(lab.difference(), Vec::<String>::new());
         let plan = lab.plan();
         prop_assert!(plan.in_step(), "{}", plan);
-        let extra = |d: &Drift| d.kind == DriftKind::Extra && left(d);
-        prop_assert!(plan.drift.iter().all(extra), "{:#?}", plan.drift);
+        for now in plan.drift.iter().filter(|d| d.kind != DriftKind::Extra) {
+            let had = before.iter().filter(|d| d.target == now.target);
+            let had: Vec<_> = had.flat_map(|d| &d.fields).map(|f| &f.field).collect();
+            for field in &now.fields {
+                let stays = field.field == "state" || !values && field.field.ends_with(".gain");
+                prop_assert!(left(now) && stays && had.contains(&&field.field), "{:#?}", now);
+            }
+        }
+    }
+
+    /// A change of the profile elsewhere ends no drift: not of the other values, nor that it was deactivated.
+    #[test]
+    fn what_is_left_stays_when_something_else_changes(seed: u64, events in events(), hands in hands()) {
+        let mut lab = touched(seed, &mended(&events), &hands)?;
+        let before = lab.world.clone();
+        let drift = lab.drift();
+        apply(&mut lab, |system| {
+            for component in &mut system.spec.components {
+                set(component, "other", "9.75");
+            }
+        });
+        lab.world.calm();
+        lab.converge()?;
+        let there = there(&lab.world);
+        let after = lab.plan();
+        for drift in drift.iter().filter(|drift| left(drift)) {
+            let stays = homes(&before, drift).is_subset(&there);
+            prop_assert!(!stays || after.drift.contains(drift), "{:#?}\n{:#?}", drift, after.drift);
+        }
     }
 
     /// With all drift written into the system, what runs is as desired; but for what was deactivated.

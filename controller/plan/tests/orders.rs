@@ -296,9 +296,60 @@ fn taking_down_goes_on_when_time_is_out() {
     let text = [told(&plan, "Deactivate"), told(&plan, "Delete")].concat();
     insta::assert_snapshot!(text, @r"
     Deactivate A
-    Deactivate B: after A; goes on after 500 ms without A  [A SYNC in Deactivation]
+    Deactivate B: after end of A; goes on after 500 ms without A  [A SYNC in Deactivation]
     Delete B
-    Delete A: after B; goes on after 300 ms without B  [B SYNC in ShutDown]
+    Delete A: after end of B; goes on after 300 ms without B  [B SYNC in ShutDown]
+    ");
+}
+
+/// A Deactivate that fails keeps nobody else alive, numbered or named, in whatever list.
+#[test]
+fn what_fails_to_go_keeps_nobody_alive() {
+    let numbers = || vec![number("A", 1), number("B", 2), number("C", 3)];
+    let orders = Orders {
+        deactivation: numbers(),
+        shut_down: numbers(),
+        finalizing: vec![after("C", 1, Sync, &["A"])],
+        ..Orders::default()
+    };
+    let mut story = running(named(&["A", "B", "C"], orders));
+    story.world.delete("s");
+    let plan = story.plan();
+    let text = [told(&plan, "Deactivate"), told(&plan, "Delete")].concat();
+    let chance = world::execute::Chance {
+        pick: &mut |_| 0,
+        fails: &mut |step| step.work.kind() == "Deactivate" && step.target == "component/B",
+    };
+    story.world.execute(&plan, chance).unwrap();
+    let left: Vec<&String> = story
+        .world
+        .components()
+        .map(|(_, _, c)| &c.instance)
+        .collect();
+    assert_eq!(left, ["B"]);
+    insta::assert_snapshot!(text, @r"
+    Deactivate A
+    Deactivate B: after end of A  [A by number in Deactivation]
+    Deactivate C: after end of B  [B by number in Deactivation]
+    Delete A
+    Delete B: after end of A  [A by number in ShutDown]
+    Delete C: after end of A, B  [A by number in ShutDown; A SYNC in Finalizing; B by number in ShutDown]
+    ");
+}
+
+/// C is numbered after B, which goes on without A. Nobody says that C comes after A.
+#[test]
+fn who_is_gone_on_without_is_awaited_by_nobody_else() {
+    let orders = Orders {
+        deactivation: vec![within(after("B", 2, Sync, &["A"]), 500), number("C", 3)],
+        ..Orders::default()
+    };
+    let mut story = running(named(&["A", "B", "C"], orders));
+    story.world.delete("s");
+    insta::assert_snapshot!(told(&story.plan(), "Deactivate"), @r"
+    Deactivate A
+    Deactivate B: after end of A; goes on after 500 ms without A  [A SYNC in Deactivation]
+    Deactivate C: after end of B  [B by number in Deactivation]
     ");
 }
 
@@ -317,8 +368,8 @@ fn who_goes_on_does_not_speak_for_a_lower_number() {
     story.world.delete("s");
     insta::assert_snapshot!(told(&story.plan(), "Deactivate"), @r"
     Deactivate A
-    Deactivate B: after A; goes on after 500 ms without A  [A by number in Deactivation; A SYNC in Deactivation]
-    Deactivate C: after A, B  [A by number in Deactivation; B by number in Deactivation]
+    Deactivate B: after end of A; goes on after 500 ms without A  [A by number in Deactivation; A SYNC in Deactivation]
+    Deactivate C: after end of A, B  [A by number in Deactivation; B by number in Deactivation]
     ");
 }
 
@@ -339,7 +390,7 @@ fn of_several_time_outs_the_longest_counts_when_taking_down() {
     Deactivate A
     Deactivate B
     Deactivate C
-    Deactivate D: after A, B, C; goes on after 500 ms without A; goes on after 900 ms without B  [A SYNC in Deactivation; B SYNC in Deactivation; C SYNC in Deactivation]
+    Deactivate D: after end of A, B, C; goes on after 500 ms without A; goes on after 900 ms without B  [A SYNC in Deactivation; B SYNC in Deactivation; C SYNC in Deactivation]
     ");
 }
 
@@ -392,10 +443,10 @@ fn all_seven_orders_order_their_steps() {
     Activate A: after B  [B SYNC in Activation]
     Deactivate C
     Deactivate B: after start of C  [C ASYNC in Deactivation]
-    Deactivate A: after B  [B SYNC in Deactivation]
+    Deactivate A: after end of B  [B SYNC in Deactivation]
     Delete C
-    Delete B: after C  [C by number in ShutDown]
-    Delete A: after C, B  [C by number in ShutDown; C SYNC in Finalizing; B by number in ShutDown]
+    Delete B: after end of C  [C by number in ShutDown]
+    Delete A: after end of C, B  [C by number in ShutDown; C SYNC in Finalizing; B by number in ShutDown]
     ");
 }
 
@@ -414,7 +465,7 @@ fn an_optional_component_holds_nobody_up_for_longer_than_its_try() {
     Activate B: after A  [A by number in Activation]
     Activate C: after A; after end of B  [A by number in Activation; B by number in Activation]
     Activate D: after A; after end of B  [A SYNC in Activation; B SYNC in Activation]
-    Activate E: after start of B  [B ASYNC in Activation]
+    Activate E: after start of B; after end of A  [A ASYNC in Activation; B ASYNC in Activation]
     ");
 }
 
@@ -523,6 +574,70 @@ fn who_is_reset_first_and_cannot_be_makes_the_next_wait() {
     "#);
 }
 
+/// Two components of one system on two nodes, connected.
+fn apart(orders: Orders) -> Story {
+    let mut system = named(&["A", "B"], orders);
+    for (component, node) in system.spec.components.iter_mut().zip(["one", "two"]) {
+        component.placement.node = Some(node.to_owned());
+        component.policy.reset_on_error = true;
+    }
+    system.spec.connectors = vec![connector(("B", "out"), ("A", "in"))];
+    let mut story = Story::of(system.clone());
+    story.world = world::World::new(&["one", "two"]);
+    story.world.apply(system);
+    story.turn();
+    assert!(story.plan().is_empty(), "{}", story.plan());
+    story
+}
+
+/// Who cannot be seen may be in Error.
+#[test]
+fn who_is_reset_first_and_cannot_be_seen_makes_the_next_wait() {
+    let mut story = apart(Orders {
+        resetting: vec![after("A", 1, Sync, &["B"])],
+        ..Orders::default()
+    });
+    let all = story.world.components_mut();
+    all.for_each(|c| c.state = LifeCycleState::Error);
+    story.world.silent.insert("two".to_owned());
+    insta::assert_snapshot!(told(&story.plan(), "Reset"), @r"
+    waiting: component/A: waits for B (Resetting order)
+    waiting: component/B: node two is unknown: no heartbeat for 3 s
+    waiting: connector/B.out-A.in: B cannot be seen: node two is unknown: no heartbeat for 3 s
+    waiting: node/two: is unknown: no heartbeat for 3 s
+    ");
+}
+
+/// It would feed somebody who is gone.
+#[test]
+fn a_source_that_cannot_go_is_disconnected_from_what_goes() {
+    let mut story = apart(Orders::default());
+    story.world.delete("s");
+    let target = "two|component/B".to_owned();
+    story
+        .blocked
+        .insert(target, "on_finalize failed".to_owned());
+    // Its process, with something else in it, stays.
+    story
+        .blocked
+        .insert("two|manager/s.main".to_owned(), "it hangs".to_owned());
+    insta::assert_snapshot!(world::story::tell(&story.plan()), @r"
+    - component/A           one  its system is torn down (was T in s.main)
+    - component/B                its system is torn down; waits, see below (was T in s.main)
+    - connector/B.out-A.in  two  is not in the system any more
+    - manager/s.main        one  nothing is wanted in it any more
+    - manager/s.main        one  nothing is wanted in it any more; waits, see below
+    waiting: component/B: on_finalize failed
+    waiting: manager/s.main: it hangs
+    Plan: 0 to add, 0 to change, 5 to remove
+      1 Deactivate   component/A  (is not wanted any more)
+      2 Disconnect   connector/B.out-A.in  after 1  (is not in the system any more)
+      3 Delete       component/A  after 1,2  (is not wanted any more)
+      4 StopManager  manager/s.main  after 3  (nothing is wanted in it any more)
+    critical path: 1 → 2 → 3 → 4 (4 steps)
+    ");
+}
+
 fn service(consumer: &str, provider: &str) -> rts_schemas::system::ConnectorSpec {
     let mut spec = connector((consumer, "svc"), (provider, "svc"));
     spec.kind = PortKind::Service;
@@ -568,6 +683,20 @@ fn down_stream_comes_up_first_and_goes_down_last() {
     Activate Source: after start of Sink  [Sink down-stream first]
     Deactivate Source
     Deactivate Sink: after start of Source  [Source up-stream first]
+    ");
+}
+
+/// A system that goes is still known by its services.
+#[test]
+fn consumers_go_down_before_providers_with_their_system() {
+    let mut system = named(&["Consumer", "Provider"], Orders::default());
+    system.spec.connectors = vec![service("Consumer", "Provider")];
+    let mut story = Story::of(system);
+    story.turn();
+    story.world.delete("s");
+    insta::assert_snapshot!(told(&story.plan(), "Deactivate"), @r"
+    Deactivate Consumer
+    Deactivate Provider: after start of Consumer  [Consumer provider first]
     ");
 }
 

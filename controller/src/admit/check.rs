@@ -6,18 +6,18 @@ use rts_controller_api::ProblemError;
 use rts_plan::check_orders;
 use rts_schemas::diagnostic::Finding;
 use rts_schemas::suggest;
-use rts_schemas::system::{ComponentSpec, PortRef, SystemSpec};
+use rts_schemas::system::{ComponentSpec, ExecutionKind, PortRef, SystemSpec};
 
 /// Most components of a system.
 const MAX_COMPONENTS: usize = 10_000;
 /// Most connectors of a system.
 const MAX_CONNECTORS: usize = 50_000;
 /// Longest name of a connector, parameter or configuration set, in bytes: two instances, two ports, and what joins them.
-const MAX_NAME: usize = 4 * rts_schemas::names::NAME_LIMIT + 16;
+pub const MAX_NAME: usize = 4 * rts_schemas::names::NAME_LIMIT + 16;
 /// Longest value of a parameter or property, in bytes.
-const MAX_VALUE: usize = 1024 * 1024;
+pub const MAX_VALUE: usize = 1024 * 1024;
 /// Faults that are listed.
-const MAX_FAULTS: usize = 100;
+pub const MAX_FAULTS: usize = 100;
 
 /// Every fault of a spec, at most [`MAX_FAULTS`].
 pub fn spec(name: &str, spec: &SystemSpec) -> Vec<ProblemError> {
@@ -129,6 +129,7 @@ fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
 
 fn components(faults: &mut Faults, spec: &SystemSpec) {
     for (index, component) in spec.components.iter().enumerate() {
+        execution_kind(faults, component, index);
         let at = format!("/spec/components/{index}/configuration");
         for (set, values) in &component.configuration.sets {
             let fits = |(key, value): (&String, &String)| {
@@ -140,6 +141,23 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
             }
         }
     }
+}
+
+/// A manager would refuse it only once everything else has been taken down for it.
+fn execution_kind(faults: &mut Faults, component: &ComponentSpec, index: usize) {
+    let kind = match component.execution_context.kind {
+        ExecutionKind::Periodic => return,
+        ExecutionKind::EventDriven => "event-driven",
+        ExecutionKind::Other => "unknown",
+    };
+    let pointer = format!("/spec/components/{index}/executionContext/kind");
+    let detail = format!(
+        "component {}: an execution context of {kind} kind cannot be run; this version knows periodic ones",
+        component.instance
+    );
+    let help = "make it periodic (kind PERIODIC) and give it a rate, or leave the component out"
+        .to_owned();
+    faults.advise(pointer, "unsupported-execution-kind", detail, help);
 }
 
 fn connectors(faults: &mut Faults, spec: &SystemSpec) {

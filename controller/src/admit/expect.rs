@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use rts_controller_api::requests::Expect;
 use rts_controller_api::{Problem, ProblemError};
 use rts_plan::plan::{Action, Change, Plan, Restart};
+use sha2::{Digest, Sha256};
 
 use super::check;
 use crate::reconcile::by_system;
@@ -43,8 +44,8 @@ pub fn plan(
     {
         let name = record.name();
         return Err(stale(format!(
-            "what is to be done for system {name} is not what was planned: something that runs, or a node, has changed \
-             since; nothing was applied: plan again"
+            "what is to be done for system {name} is not what was planned: the request, something that runs, or a node has \
+             changed since; nothing was applied: plan again"
         )));
     }
     if expect.no_restart {
@@ -141,8 +142,8 @@ fn pointer(record: &SystemRecord, target: &str) -> String {
     check::pointer(&record.spec, instance)
 }
 
-/// [`Plan::digest`] of what is done to one system: what goes on in others makes no other plan of it. One that is `new`
-/// has another uid each time it is planned, which makes no other plan, either.
+/// Names what is done to one system, and what is stored of it: what goes on in others makes no other plan of it. One that
+/// is `new` has another uid each time it is planned, which makes no other plan, either.
 pub fn digest(plan: &Plan, record: &SystemRecord, new: bool) -> String {
     let own = |change: &&Change| change.system.as_deref() == Some(record.name());
     let mut part = by_system(plan).remove(&record.uid).unwrap_or_default();
@@ -153,5 +154,10 @@ pub fn digest(plan: &Plan, record: &SystemRecord, new: bool) -> String {
             system.uid.clear();
         }
     }
-    part.digest()
+    // Nothing of a spec can fail to become JSON.
+    let spec = serde_json::to_vec(&record.spec).unwrap_or_default();
+    let mut sha = Sha256::new();
+    sha.update(part.digest());
+    sha.update(spec);
+    format!("{:x}", sha.finalize())
 }

@@ -8,8 +8,8 @@ use rts_plan::{PlaceError, Placed};
 use super::{check, describe, modules, summary};
 use crate::store::SystemRecord;
 
-/// Node → types that it must have.
-pub type Types = BTreeMap<String, BTreeSet<String>>;
+/// Node → types that it must have → the components that need them, and whether those are required.
+pub type Types = BTreeMap<String, BTreeMap<String, BTreeMap<String, bool>>>;
 
 /// What the modules of a system's components say of themselves, as far as they say it.
 pub fn described<'a>(
@@ -53,9 +53,20 @@ pub fn clashes(placed: &Placed, candidate: &SystemRecord) -> Result<(), Problem>
     Err(Problem::conflict("instance-clash", detail).with_errors(clashes))
 }
 
-/// Types that each known node must have for a system, and a fault for each component on an unknown one.
-pub fn types_by_node(placed: &Placed, candidate: &SystemRecord) -> (Types, Vec<ProblemError>) {
-    let mut faults = Vec::new();
+/// What a system needs of the nodes that are known.
+#[derive(Debug, Default)]
+pub struct Needs {
+    /// By node.
+    pub types: Types,
+    /// A fault for each required component on a node that nobody knows.
+    pub faults: Vec<ProblemError>,
+    /// A remark for each optional one: it waits for its node.
+    pub notes: Vec<String>,
+}
+
+/// What a system needs of the nodes that are known, and what is to be said of those that are not.
+pub fn needs(placed: &Placed, candidate: &SystemRecord) -> Needs {
+    let mut needs = Needs::default();
     let mut unknown = BTreeSet::new();
     for problem in &placed.problems {
         if let PlaceError::UnknownNode {
@@ -67,24 +78,38 @@ pub fn types_by_node(placed: &Placed, candidate: &SystemRecord) -> (Types, Vec<P
             && system == candidate.name()
         {
             unknown.insert(node);
-            faults.push(ProblemError {
-                pointer: check::pointer(&candidate.spec, component),
-                code: "unknown-node".to_owned(),
-                detail: problem.to_string(),
-                help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
-            });
+            needs.unknown(candidate, component, problem);
         }
     }
-    let mut types = Types::new();
     let known = placed.desired.nodes.iter();
     for (node, spec) in known.filter(|(node, _)| !unknown.contains(node)) {
         let parts = spec.systems.iter();
         for part in parts.filter(|part| part.system.uid == candidate.uid) {
             for component in &part.components {
-                let of_node = types.entry(node.clone()).or_default();
-                of_node.insert(component.spec.type_name.clone());
+                let spec = &component.spec;
+                let of_node = needs.types.entry(node.clone()).or_default();
+                let of_type = of_node.entry(spec.type_name.clone()).or_default();
+                of_type.insert(spec.instance.clone(), spec.required);
             }
         }
     }
-    (types, faults)
+    needs
+}
+
+impl Needs {
+    fn unknown(&mut self, candidate: &SystemRecord, component: &str, problem: &PlaceError) {
+        let mut all = candidate.spec.components.iter();
+        if all.any(|c| c.instance == *component && !c.required) {
+            self.notes.push(format!(
+                "{problem}: it is optional and waits, the rest runs"
+            ));
+            return;
+        }
+        self.faults.push(ProblemError {
+            pointer: check::pointer(&candidate.spec, component),
+            code: "unknown-node".to_owned(),
+            detail: problem.to_string(),
+            help: Some("start an agent on that node, or change rtsctl.node".to_owned()),
+        });
+    }
 }

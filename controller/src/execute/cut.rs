@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_agent_api::messages::Batch;
-use rts_plan::plan::{Plan, StepId};
+use rts_plan::plan::{Plan, Step, StepId};
 
 use super::run::Store;
 
@@ -35,7 +35,11 @@ pub fn cut(
             deadline_ms,
             parallelism: PARALLELISM,
         });
-        batch.steps.push(step.clone());
+        // Rules are told to people and are most of what a step weighs: an agent never reads them.
+        batch.steps.push(Step {
+            because: Vec::new(),
+            ..step.clone()
+        });
         let foreign = |id: &StepId| node_of.get(id) != Some(&step.node.as_str());
         let foreign = step.before().filter(foreign);
         batch.gates.extend(foreign);
@@ -49,7 +53,7 @@ pub fn cut(
 
 #[cfg(test)]
 mod tests {
-    use rts_plan::plan::{Step, Work};
+    use rts_plan::plan::{Because, OrderName, Rule, Work};
 
     use super::*;
 
@@ -79,6 +83,9 @@ mod tests {
         last.needs = vec![1];
         last.after_start_of = vec![2];
         last.after_end_of = vec![2, 3];
+        let order = OrderName::Activation;
+        let rule = Rule::Sync { order };
+        last.because = vec![Because { step: 1, rule }];
         let steps = vec![step(1, "local"), step(2, "robot"), step(3, "robot"), last];
         let plan = Plan {
             steps,
@@ -92,5 +99,6 @@ mod tests {
             (batches["robot"].generation, batches["local"].steps.len()),
             (6, 2)
         );
+        assert!(batches["local"].steps.iter().all(|s| s.because.is_empty()));
     }
 }

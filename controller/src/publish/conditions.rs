@@ -18,6 +18,10 @@ pub fn conditions(
     let waits = first_wait.map_or_else(String::new, |w| format!("{}: {}", w.target, w.reason));
     let progressing = matches!(status.phase, Phase::Progressing | Phase::Terminating);
     let synced = match (status.synced, facts.planned) {
+        (true, _) if facts.left => (
+            "UpToDate",
+            "as written, but for what was changed by hand and is left".to_owned(),
+        ),
         (true, _) => ("UpToDate", "everything is as written".to_owned()),
         (false, false) => (
             "NotPlanned",

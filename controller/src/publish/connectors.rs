@@ -20,7 +20,9 @@ struct Both<'a> {
 pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
     let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
     for spec in scene.world.placed.desired.nodes.values() {
-        for part in &spec.systems {
+        // The part of a system that goes has no components; what is there of its connectors is observed.
+        let parts = spec.systems.iter().filter(|p| !p.components.is_empty());
+        for part in parts {
             for placed in &part.connectors {
                 let both = all
                     .entry((&part.system.name, &placed.spec.name))

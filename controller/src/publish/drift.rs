@@ -25,9 +25,14 @@ pub fn of_system<'a>(drifts: &Drifts<'a>, system: &str) -> Vec<&'a Drift> {
     own.map(|(_, drift)| *drift).collect()
 }
 
-/// The whole of it: target, what was done, what differs, what becomes of it.
-pub fn text(drift: &Drift) -> String {
-    format!("{} {}", drift.target, told(drift))
+/// The whole of it: target, what was done, what differs, what becomes of it. Why it is not adopted where that was
+/// `refused`.
+pub fn text(drift: &Drift, refused: Option<&str>) -> String {
+    let (target, reason, fields) = (&drift.target, &drift.reason, shown(drift));
+    match refused.filter(|_| drift.policy == DriftPolicy::Adopt) {
+        None => format!("{target} {}", told(drift)),
+        Some(why) => format!("{target} {reason}{fields}; it could not be adopted yet: {why}"),
+    }
 }
 
 /// The same without its target.
@@ -46,15 +51,25 @@ pub fn fate(policy: DriftPolicy) -> &'static str {
     }
 }
 
+/// Longest value that is shown, in characters.
+const LONG: usize = 200;
+
+/// A value as it is shown: a long one is cut.
+pub fn short(text: &str) -> String {
+    match text.char_indices().nth(LONG) {
+        None => text.to_owned(),
+        Some((end, _)) => format!("{}…", &text[..end]),
+    }
+}
+
 /// What differs, one text for each field.
 pub fn fields(drift: &Drift) -> Vec<String> {
     if drift.kind != DriftKind::Changed {
         return vec![drift.reason.clone()];
     }
-    let none = || "none".to_owned();
     let field = |change: &FieldChange| {
-        let old = change.old.clone().unwrap_or_else(none);
-        let new = change.new.clone().unwrap_or_else(none);
+        let text = |value: &Option<String>| short(value.as_deref().unwrap_or("none"));
+        let (old, new) = (text(&change.old), text(&change.new));
         format!("{}: {old} -> {new}", change.field)
     };
     drift.fields.iter().map(field).collect()

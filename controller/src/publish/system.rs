@@ -1,6 +1,6 @@
 //! System objects: phase, conditions, progress.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::Timestamp;
 use rts_agent_api::messages::StepOutcome;
@@ -8,7 +8,7 @@ use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, Syste
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
 use rts_plan::target;
-use rts_schemas::system::{ConnectorSpec, PortKind};
+use rts_schemas::system::{ConnectorSpec, DriftPolicy, PortKind, PortRef};
 
 use super::conditions::conditions;
 use super::drift::{made_by_hand, misses, of_system, text};
@@ -56,6 +56,8 @@ pub struct Facts {
     pub silent: bool,
     /// What was changed by hand, and what becomes of it.
     pub drift: Vec<String>,
+    /// Some of it is left as it is.
+    pub left: bool,
     /// Why it is not healthy.
     pub unhealthy: Vec<String>,
     /// Something is on its way by itself.
@@ -80,8 +82,16 @@ impl Facts {
         let run = world.runs.get(&record.uid);
         let resting = world.resting.contains(&record.uid);
         let known = |node| matches!(world.observed.nodes.get(node), Some(NodeObserved::Known(_)));
+        let mut needed: BTreeMap<&str, bool> = BTreeMap::new();
+        for (node, _, required) in waiting::seats(record, &world.placed) {
+            *needed.entry(node).or_default() |= required;
+        }
+        // Nothing but optional components is there: what is not known of it is no fault of the system.
+        let idle = |node: &String| needed.get(node.as_str()) == Some(&false);
+        let drift = of_system(&scene.drifts, record.name());
+        let refused = world.unadopted.get(&record.uid).map(String::as_str);
         let mut facts = Self {
-            silent: !record.nodes.iter().all(known),
+            silent: !record.nodes.iter().all(|node| known(node) || idle(node)),
             planned,
             pending: run.is_some() || (!steps.is_empty() && !resting),
             differences: world
@@ -90,14 +100,17 @@ impl Facts {
                 .iter()
                 .filter(|change| mine(change.system.as_deref()))
                 .count(),
-            drift: of_system(&scene.drifts, record.name())
+            left: drift
+                .iter()
+                .any(|drift| drift.policy != DriftPolicy::Repair),
+            drift: drift
                 .into_iter()
-                .map(text)
+                .map(|drift| text(drift, refused))
                 .collect(),
             unhealthy: Vec::new(),
             settling: false,
             active: 0,
-            waiting: waiting::of_system(&scene.reasons, backoff, record),
+            waiting: waiting::of_system(&scene.reasons, backoff, record, &world.placed),
             progress: progress(run, &steps),
         };
         facts.look(scene, record);
@@ -107,6 +120,11 @@ impl Facts {
     /// Looks at components and connectors as observed.
     fn look(&mut self, scene: &Scene<'_>, record: &SystemRecord) {
         let (components, connectors) = observed(scene, record);
+        let all = record.spec.components.iter();
+        let optional: BTreeSet<&str> = all
+            .filter(|spec| !spec.required)
+            .map(|spec| spec.instance.as_str())
+            .collect();
         for spec in &record.spec.components {
             let found = components.get(spec.instance.as_str());
             let state = found.map(|found| found.state);
@@ -124,9 +142,17 @@ impl Facts {
                 self.unhealthy.push(format!("{} {why}", spec.instance));
             }
         }
+        // What leads to an optional component that does not run is as optional.
+        let idle = |end: &PortRef| {
+            let found = components.get(end.instance.as_str());
+            let active = found.is_some_and(|c| c.state == LifeCycleState::Active);
+            !active && optional.contains(end.instance.as_str())
+        };
         // Service connectors are declared only: this version does not connect them.
-        let data = |spec: &&ConnectorSpec| spec.kind == PortKind::Data;
-        for spec in record.spec.connectors.iter().filter(data) {
+        let counts = |spec: &&ConnectorSpec| {
+            spec.kind == PortKind::Data && !idle(&spec.source) && !idle(&spec.target)
+        };
+        for spec in record.spec.connectors.iter().filter(counts) {
             let state = match connectors.get(spec.name.as_str()) {
                 Some(ConnectorState::Connected) => continue,
                 Some(ConnectorState::Connecting) => "Connecting",

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::objects::Waiting;
+use rts_plan::Placed;
+use rts_plan::desired::ManagerKey;
 use rts_plan::observed::{Held, NodeObserved};
 use rts_plan::target;
 use tokio::time::Instant;
@@ -90,8 +92,9 @@ pub fn of_system(
     reasons: &BTreeMap<String, Reason>,
     backoff: &Backoff,
     record: &SystemRecord,
+    placed: &Placed,
 ) -> Vec<Waiting> {
-    let index = Index::new(record);
+    let index = Index::new(record, placed);
     let now = Instant::now();
     let failing: Vec<(&str, &Entry)> = backoff
         .failing()
@@ -127,10 +130,18 @@ struct Index<'a> {
     components: BTreeMap<&'a str, bool>,
     types: BTreeMap<&'a str, bool>,
     connectors: BTreeMap<&'a str, bool>,
+    nodes: BTreeMap<&'a str, bool>,
+    /// By the names that people use.
+    managers: BTreeMap<String, bool>,
 }
 
 impl<'a> Index<'a> {
-    fn new(record: &'a SystemRecord) -> Self {
+    fn new(record: &'a SystemRecord, placed: &'a Placed) -> Self {
+        let (mut nodes, mut managers) = (BTreeMap::new(), BTreeMap::new());
+        for (node, key, required) in seats(record, placed) {
+            *nodes.entry(node).or_default() |= required;
+            *managers.entry(key.display_name()).or_default() |= required;
+        }
         let mut components = BTreeMap::new();
         let mut types = BTreeMap::new();
         for component in &record.spec.components {
@@ -151,6 +162,8 @@ impl<'a> Index<'a> {
                 .collect(),
             components,
             types,
+            nodes,
+            managers,
         }
     }
 
@@ -186,8 +199,30 @@ impl<'a> Index<'a> {
                 let type_name = rest.rsplit_once('@').map_or(rest, |(name, _)| name);
                 self.types.get(type_name)
             }
+            "manager" => self.managers.get(rest),
+            "node" => self.nodes.get(rest),
             _ => None,
         };
         found.copied().unwrap_or(true)
     }
+}
+
+/// Node and process of each component of a system, and whether that is required.
+pub fn seats<'a>(
+    record: &'a SystemRecord,
+    placed: &'a Placed,
+) -> impl Iterator<Item = (&'a str, ManagerKey, bool)> {
+    let nodes = placed.desired.nodes.iter();
+    let parts = nodes.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
+    let own = parts.filter(|(_, part)| part.system.uid == record.uid);
+    own.flat_map(|(node, part)| {
+        let components = part.components.iter();
+        components.map(move |component| {
+            let key = ManagerKey {
+                system: Some(part.system.clone()),
+                name: component.manager.clone(),
+            };
+            (node.as_str(), key, component.spec.required)
+        })
+    })
 }

@@ -138,10 +138,12 @@ impl Backoff {
         });
     }
 
-    /// What a plan must leave alone now.
-    pub fn blocked(&self) -> Blocked {
+    /// What a plan must leave alone now, but for what is one system's.
+    pub fn blocked_but(&self, system: Option<&str>) -> Blocked {
         let now = Instant::now();
-        let blocking = self.targets.iter().filter(|(_, entry)| entry.blocks(now));
+        let others = |entry: &Entry| system.is_none() || entry.system.as_deref() != system;
+        let targets = self.targets.iter();
+        let blocking = targets.filter(|(_, entry)| entry.blocks(now) && others(entry));
         blocking
             .map(|(target, entry)| (target.clone(), entry.reason.clone()))
             .collect()
@@ -186,13 +188,13 @@ mod tests {
         let mut backoff = Backoff::default();
         let wall = Timestamp::UNIX_EPOCH;
         backoff.failed("component/A0", Some("s"), "no", &Half, wall);
-        assert_eq!(backoff.blocked()["component/A0"], "no");
+        assert_eq!(backoff.blocked_but(None)["component/A0"], "no");
         tokio::time::advance(Duration::from_millis(501)).await;
-        assert!(backoff.blocked().is_empty());
+        assert!(backoff.blocked_but(None).is_empty());
         let again = backoff.failed("component/A0", Some("s"), "no", &Half, wall);
         assert_eq!(again, Duration::from_secs(1));
         backoff.succeeded("component/A0");
-        assert!(backoff.blocked().is_empty() && backoff.next().is_none());
+        assert!(backoff.blocked_but(None).is_empty() && backoff.next().is_none());
         tokio::time::advance(RESET_AFTER).await;
         backoff.tidy();
         assert!(backoff.get("component/A0").is_none());
@@ -204,7 +206,9 @@ mod tests {
         for (target, system) in [("component/A0", "a"), ("component/B0", "b")] {
             backoff.failed(target, Some(system), "no", &Half, Timestamp::UNIX_EPOCH);
         }
+        let as_then = backoff.blocked_but(Some("a"));
         backoff.forget_system("a");
-        assert_eq!(backoff.blocked().len(), 1);
+        assert_eq!(backoff.blocked_but(None), as_then);
+        assert_eq!(as_then.into_keys().collect::<Vec<_>>(), ["component/B0"]);
     }
 }

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use rts_controller_api::Problem;
 use rts_plan::observed::{NodeObserved, Observed};
-use rts_plan::plan::{Drift, Plan};
+use rts_plan::plan::{Drift, DriftKind, Plan};
+use rts_plan::target;
 use rts_schemas::system::DriftPolicy;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
@@ -20,6 +21,8 @@ use crate::view::Happening;
 
 /// A system that does not take in what was changed by hand is asked again after this time.
 const AGAIN: Duration = Duration::from_secs(60);
+/// The same where what is in the way may pass, such as a node that does not answer.
+const SOON: Duration = Duration::from_secs(15);
 
 /// The drift that is known. None of it is needed after a restart: what is there is told once more.
 pub struct Drifts {
@@ -37,6 +40,8 @@ pub struct Drifts {
 struct Taken {
     uid: String,
     asked: Asked,
+    /// Nodes that answered then.
+    known: BTreeSet<String>,
     result: Result<u64, Problem>,
 }
 
@@ -52,6 +57,19 @@ struct Refusal {
     /// It was told.
     told: bool,
     until: Instant,
+    /// What is in the way may pass: nodes that answered, of which more may change it.
+    passes: Option<BTreeSet<String>>,
+    /// What is in the way.
+    why: String,
+}
+
+impl Refusal {
+    /// Asking once more would say the same.
+    fn holds(&self, asked: &Asked, known: &BTreeSet<String>) -> bool {
+        let passes = self.passes.as_ref();
+        let back = passes.is_some_and(|then| !known.is_subset(then));
+        self.asked == *asked && !back && Instant::now() < self.until
+    }
 }
 
 impl Drifts {
@@ -81,9 +99,18 @@ impl Drifts {
             .collect();
         self.tell(plan, &records);
         self.forget(plan, observed, &records);
+        let known = known(observed);
         for record in records.values() {
-            self.adopt(plan, record);
+            self.adopt(plan, record, &known);
         }
+    }
+
+    /// Systems, by uid, that do not take in what was changed by hand, and why.
+    pub fn refused(&self) -> BTreeMap<String, String> {
+        let refused = self.refused.iter();
+        refused
+            .map(|(uid, refusal)| (uid.clone(), refusal.why.clone()))
+            .collect()
     }
 
     /// Tells what was not told yet.
@@ -93,11 +120,10 @@ impl Drifts {
                 continue;
             };
             let key = (record.uid.clone(), drift.target.clone());
-            if self
-                .told
-                .get(&key)
-                .is_some_and(|(before, _)| before == drift)
-            {
+            let before = self.told.get_mut(&key);
+            if let Some((_, generation)) = before.filter(|(before, _)| before == drift) {
+                // Another generation that wishes the same of it makes no other drift of it.
+                *generation = record.generation;
                 continue;
             }
             let event = Happening::warning("Drifted", &drift.target, told(drift));
@@ -117,17 +143,21 @@ impl Drifts {
         self.told.retain(|(uid, target), (drift, generation)| {
             let same = |now: &&Drift| now.system == drift.system && now.target == *target;
             let record = records.get(drift.system.as_str());
-            let record = record.filter(|r| r.uid == *uid && r.generation == *generation);
-            let Some(record) = record else {
-                // Another generation is another wish: what differs from it is no drift, or is told anew.
-                return core.registry().systems.get(&drift.system).is_some_and(|r| {
-                    r.uid == *uid && r.generation == *generation && r.deleted.is_none()
-                });
+            let Some(record) = record.filter(|r| r.uid == *uid) else {
+                // The plan says nothing of it yet, or the system is gone.
+                let stored = core.registry().systems.get(&drift.system).cloned();
+                return stored.is_some_and(|r| r.uid == *uid && r.deleted.is_none());
             };
             if plan.drift.iter().any(|now| same(&now)) || !is_seen(observed, record) {
                 return true;
             }
-            if drift.policy == DriftPolicy::Repair {
+            // Another generation is another wish: what differed from the old one was not put back.
+            let repaired = drift.policy == DriftPolicy::Repair && record.generation == *generation;
+            if repaired && !is_there(observed, &record.uid, drift) {
+                // Its process died, and its marks with it: it is told once it is back.
+                return true;
+            }
+            if repaired {
                 let event = Happening::normal("DriftRepaired", target, "is as written again");
                 core.record(event.of(Some(&drift.system)));
             }
@@ -136,7 +166,7 @@ impl Drifts {
     }
 
     /// Has a system take in what was changed by hand in it and is to be adopted.
-    fn adopt(&mut self, plan: &Plan, record: &SystemRecord) {
+    fn adopt(&mut self, plan: &Plan, record: &SystemRecord, known: &BTreeSet<String>) {
         let own =
             |drift: &&Drift| drift.policy == DriftPolicy::Adopt && drift.system == record.name();
         let asked = Asked {
@@ -148,7 +178,7 @@ impl Drifts {
             return;
         }
         let refused = self.refused.get(&record.uid);
-        let rests = refused.is_some_and(|r| r.asked == asked && Instant::now() < r.until);
+        let rests = refused.is_some_and(|refusal| refusal.holds(&asked, known));
         if rests || self.asked.contains(&record.uid) {
             return;
         }
@@ -158,6 +188,7 @@ impl Drifts {
         }
         self.asked.insert(record.uid.clone());
         let (core, uid, index) = (Arc::clone(&self.core), record.uid.clone(), record.index);
+        let known = known.clone();
         self.tasks.spawn(async move {
             let targets = asked.drift.iter().map(|drift| drift.target.clone());
             let result = apply::fold(&core, spec, index, targets.collect()).await;
@@ -165,6 +196,7 @@ impl Drifts {
             Taken {
                 uid,
                 asked,
+                known,
                 result: result.map(|result| result.system.metadata.generation),
             }
         });
@@ -212,10 +244,40 @@ impl Drifts {
         let refusal = Refusal {
             asked: taken.asked.clone(),
             told: told || !passing,
-            until: Instant::now() + AGAIN,
+            until: Instant::now() + if problem.retryable { SOON } else { AGAIN },
+            passes: problem.retryable.then(|| taken.known.clone()),
+            why: problem.detail.clone(),
         };
         self.refused.insert(taken.uid.clone(), refusal);
     }
+}
+
+/// Nodes that answer.
+fn known(observed: &Observed) -> BTreeSet<String> {
+    let known = |(node, answer): (&String, &NodeObserved)| {
+        matches!(answer, NodeObserved::Known(_)).then(|| node.clone())
+    };
+    observed.nodes.iter().filter_map(known).collect()
+}
+
+/// True when a drift that is gone was put back: its target is there, or, made by hand, not there.
+fn is_there(observed: &Observed, uid: &str, drift: &Drift) -> bool {
+    let inventories = observed.nodes.values().filter_map(|answer| match answer {
+        NodeObserved::Known(inventory) => Some(inventory),
+        NodeObserved::Unknown { .. } => None,
+    });
+    let managers = inventories.flat_map(|inventory| &inventory.managers);
+    let mut own = managers
+        .flat_map(|manager| &manager.components)
+        .filter(|c| c.system.as_ref().is_some_and(|s| s.uid == uid));
+    if drift.kind == DriftKind::Extra {
+        return true;
+    }
+    own.any(|component| {
+        let mut connectors = component.connectors.iter();
+        target::component(&component.instance) == drift.target
+            || connectors.any(|c| target::connector(&c.name) == drift.target)
+    })
 }
 
 /// True when every node of a system answers, and everything of it there.

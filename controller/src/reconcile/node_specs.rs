@@ -61,16 +61,21 @@ impl NodeSpecs {
         parts.map(|part| part.system.uid.clone()).collect()
     }
 
-    /// Remembers, durably, on which nodes each system runs, before anything is sent there.
+    /// Remembers, durably, on which nodes each system runs, before anything is sent there. A node that nobody knows runs
+    /// nothing: a system's end does not need its word.
     pub async fn note_nodes(&self, placed: &Placed) {
         let mut changed = Vec::new();
         {
+            let greeted = self.core.sessions.all();
             let registry = self.core.registry();
             for record in registry.systems.values() {
                 let nodes = placed.desired.nodes.iter();
                 let now: Vec<&String> = nodes
                     .filter(|(_, spec)| spec.systems.iter().any(|p| p.system.uid == record.uid))
                     .map(|(node, _)| node)
+                    .filter(|node| {
+                        greeted.contains_key(*node) || registry.nodes.contains_key(*node)
+                    })
                     .collect();
                 if now.iter().any(|node| !record.nodes.contains(*node)) {
                     let mut record = record.clone();

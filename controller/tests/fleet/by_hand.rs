@@ -2,7 +2,8 @@
 
 use rts_agent_api::messages::NodeSpecEnvelope;
 use rts_plan::desired::{PlacedComponent, PlacedConnector};
-use rts_plan::observed::{ConnectorObserved, ConnectorState};
+use rts_plan::mark::{self, Change, Mark};
+use rts_plan::observed::{ComponentObserved, ConnectorObserved, ConnectorState};
 use rts_schemas::system::ConnectorSpec;
 
 use super::agent::{FakeAgent, State};
@@ -11,20 +12,20 @@ use super::carry_out::incarnation_of;
 impl FakeAgent {
     /// Sets a value of the set `default`.
     pub fn set_by_hand(&self, instance: &str, parameter: &str, value: &str) {
-        let mark = self.told(|told| settings(told, instance));
+        let placed = self.told(|told| placed(told, instance).cloned());
         self.change(instance, |component| {
+            component.by_hand.configured = placed.map(|p| marked(&p, component, parameter, value));
             let set = component.configuration.sets.entry("default".into());
             set.or_default().insert(parameter.into(), value.into());
-            component.by_hand.configured = Some(mark);
         });
     }
 
     /// Active → Inactive.
     pub fn deactivate_by_hand(&self, instance: &str) {
-        let mark = self.told(|told| settings(told, instance));
+        let mark = self.told(|told| placed(told, instance).map(PlacedComponent::settings_digest));
         self.change(instance, |component| {
             component.state = rts_plan::observed::LifeCycleState::Inactive;
-            component.by_hand.deactivated = Some(mark);
+            component.by_hand.deactivated = Some(mark.unwrap_or_default());
         });
     }
 
@@ -67,10 +68,30 @@ impl FakeAgent {
     }
 }
 
-fn settings(told: &NodeSpecEnvelope, instance: &str) -> String {
+fn placed<'a>(told: &'a NodeSpecEnvelope, instance: &str) -> Option<&'a PlacedComponent> {
     let mut all = told.spec.systems.iter().flat_map(|part| &part.components);
-    let placed = all.find(|c| c.spec.instance == instance);
-    placed.map_or_else(String::new, PlacedComponent::settings_digest)
+    all.find(|c| c.spec.instance == instance)
+}
+
+/// The mark of a component with one more value of the set `default` that a person sets.
+fn marked(
+    placed: &PlacedComponent,
+    component: &ComponentObserved,
+    parameter: &str,
+    value: &str,
+) -> String {
+    let mut mark = Mark::of(component);
+    let now = component.configuration.sets.get("default");
+    if let Some(desired) = mark::desired(placed, component, "default", parameter) {
+        let change = Change {
+            desired,
+            before: now.and_then(|set| set.get(parameter)).map(String::as_str),
+            value,
+            policy: placed.spec.policy.drift,
+        };
+        mark.change(mark::path("default", parameter), &change);
+    }
+    mark.encode()
 }
 
 /// None where it is not desired.

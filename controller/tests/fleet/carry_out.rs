@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rts_agent_api::BatchEvents;
 use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
 use rts_plan::desired::ManagerKey;
+use rts_plan::mark::Mark;
 use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
 };
@@ -182,7 +183,9 @@ fn change(state: &mut State, step: &Step) {
             on_disconnect,
         } => {
             let component = component(state, &manager, &instance);
-            component.by_hand.configured = None;
+            let mut mark = Mark::of(component);
+            mark.set(&configuration);
+            component.by_hand.configured = (!mark.is_empty()).then(|| mark.encode());
             if let Some(on_disconnect) = on_disconnect {
                 component.on_disconnect = on_disconnect;
             }

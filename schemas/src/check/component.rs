@@ -9,7 +9,7 @@ use crate::rts_profile::model::{Component, property_value};
 use crate::rts_profile::{self, TYPE_KEY, is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
-use crate::system::{MAX_RATE, MIN_RATE};
+use crate::system::{ExecutionKind, MAX_RATE, MIN_RATE};
 
 pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     let name = check.required(
@@ -219,6 +219,19 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
                 "write a number such as `1000.0`",
             );
         }
+    }
+    if let Some(kind) = component
+        .execution_contexts
+        .first()
+        .and_then(|c| c.kind.as_ref())
+        && rts_profile::execution_kind(kind.trimmed()) != ExecutionKind::Periodic
+    {
+        let message = format!(
+            "the execution context of {owner} is of the kind `{}`: this version runs periodic ones only",
+            kind.trimmed()
+        );
+        let help = "write `PERIODIC` and a rate; a controller refuses the profile as it is";
+        check.warning("unsupported-execution-kind", message, kind.span, help);
     }
     if let [_, second, ..] = component.execution_contexts.as_slice() {
         let message = format!("{owner} has more than one execution context");

@@ -28,6 +28,7 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             let help = "a connector's name has no `/` and no control character";
             check.error("bad-name", message, own.span, help);
         }
+        choices(check, connector, &owner);
         let source = end(
             check,
             connector,
@@ -63,6 +64,43 @@ pub(super) fn connectors(check: &mut Check<'_>) {
                     "each sample arrives twice; remove one",
                 );
             }
+        }
+    }
+}
+
+/// Values that are known of a connector's choices, in any case. More than one at a time is what a port offers.
+const KNOWN: [(&str, &str, &[&str]); 2] = [
+    (
+        "subscriptionType",
+        "dataport.subscription_type",
+        &["flush", "new", "periodic", "block", "nonblock"],
+    ),
+    (
+        "dataflowType",
+        "dataport.dataflow_type",
+        &["push", "pull", "duplex"],
+    ),
+];
+
+/// Says where a choice is none of those that are known: it is passed on, and means something to nobody here.
+fn choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let attributes = [&connector.subscription_type, &connector.dataflow_type];
+    for ((key, name, known), attribute) in KNOWN.into_iter().zip(attributes) {
+        let property = property_value(&connector.properties, name).map(|text| (name, text));
+        let attribute = attribute.as_ref().map(|text| (key, text));
+        for (what, text) in attribute.into_iter().chain(property) {
+            let value = text.trimmed();
+            if value.is_empty() || known.iter().any(|k| k.eq_ignore_ascii_case(value)) {
+                continue;
+            }
+            let message = format!(
+                "`{value}` is no known {what} of {owner}; it is passed on as it is, and may mean nothing"
+            );
+            let help = suggest::advice(value, "known", known);
+            check.warning("unknown-value", message, text.span, help);
         }
     }
 }

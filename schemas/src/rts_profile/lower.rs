@@ -13,7 +13,7 @@ use crate::names;
 use crate::span::Text;
 use crate::system::SystemSpec;
 
-pub(crate) use component::{is_pseudo_set, parse_rate, type_name};
+pub(crate) use component::{execution_kind, is_pseudo_set, parse_rate, type_name};
 pub(crate) use connector::{
     CHOICES, data_type_of, direction_of, is_reversed, normal_data_type, unused_name,
 };

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use rts_agent_api::messages::Acted;
 use rts_http::problem::Problem;
-use rts_plan::observed::{ConnectorObserved, ConnectorState, Inventory};
+use rts_plan::observed::{ComponentObserved, ConnectorObserved, ConnectorState, Inventory};
 use rts_plan::target;
-use rts_schemas::system::{ConnectorSpec, PortKind, PortRef};
+use rts_schemas::names::connector_name_fault;
+use rts_schemas::system::{ConnectorSpec, DriftPolicy, PortKind, PortRef};
 
 use super::super::LIMIT;
 use super::super::answers::step;
@@ -60,11 +61,26 @@ impl Agent {
             let joined = join(&subject.manager, &end, spec, by_hand, LIMIT).await;
             joined.map_err(step)?;
         }
-        Ok(if is_wanted {
-            subject.changed(node, name, dry_run)
-        } else {
-            subject.drifted(node, name, dry_run)
-        })
+        if is_wanted {
+            return Ok(subject.changed(node, name, dry_run));
+        }
+        let mut acted = subject.drifted(node, name, dry_run);
+        if peer.system != subject.component.system {
+            not_adopted(&mut acted, &peer);
+        }
+        Ok(acted)
+    }
+}
+
+/// A profile holds no connector to what its system does not have.
+fn not_adopted(acted: &mut Acted, peer: &ComponentObserved) {
+    let system = acted.system.clone().unwrap_or_default();
+    if acted.policy == Some(DriftPolicy::Adopt) {
+        acted.policy = Some(DriftPolicy::Ignore);
+        acted.notes = vec![format!(
+            "{} is not in system {system}, so that the connector is not adopted, but left until it is disconnected or an end is made again",
+            peer.instance
+        )];
     }
 }
 
@@ -119,13 +135,8 @@ fn spec(subject: &Subject, wish: Wish) -> Result<ConnectorSpec, Problem> {
 }
 
 fn check_name(name: &str) -> Result<(), Problem> {
-    let fault = if name.trim().is_empty() {
-        "it is empty"
-    } else if name.len() > MAX_NAME {
-        "it is longer than 1024 bytes"
-    } else if name.chars().any(char::is_control) {
-        "it has a control character"
-    } else {
+    let long = (name.len() > MAX_NAME).then_some("it is longer than 1024 bytes");
+    let Some(fault) = connector_name_fault(name).or(long) else {
         return Ok(());
     };
     let detail = format!("{name:?} is no name of a connector: {fault}");

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rts_agent_api::messages::Acted;
 use rts_http::problem::Problem;
-use rts_plan::desired::PlacedConnector;
+use rts_plan::desired::{PlacedConnector, SystemRef};
 use rts_plan::target;
+use rts_schemas::system::{DriftPolicy, OnDisconnect};
 
 use super::super::LIMIT;
 use super::super::answers::step;
@@ -53,9 +54,43 @@ impl Agent {
                 unbind(&end, connector, LIMIT).await;
             }
         }
-        Ok(match wanted {
-            Some(_) => subject.drifted(node, target, dry_run),
-            None => subject.changed(node, target, dry_run),
-        })
+        let Some(wanted) = wanted else {
+            return Ok(subject.changed(node, target, dry_run));
+        };
+        let mut acted = subject.drifted(node, target, dry_run);
+        if let (Some(policy), Some(system)) = (acted.policy, &subject.component.system) {
+            acted
+                .notes
+                .extend(self.idled(policy, system, &wanted).await);
+        }
+        Ok(acted)
+    }
+
+    /// Notes on the ends that must not be Active without it.
+    async fn idled(
+        &self,
+        policy: DriftPolicy,
+        system: &SystemRef,
+        connector: &PlacedConnector,
+    ) -> Vec<String> {
+        let lasts = match policy {
+            // It is connected again at once.
+            DriftPolicy::Repair => return Vec::new(),
+            DriftPolicy::Ignore => "",
+            DriftPolicy::Adopt => " until that is taken over",
+        };
+        let mut notes = Vec::new();
+        for end in [&connector.spec.source, &connector.spec.target] {
+            let name = &end.instance;
+            let wanted = self.wanted(system, name).await;
+            let policy = wanted.map(|wanted| wanted.component.spec.policy.on_disconnect);
+            if let Some(policy) = policy.filter(|policy| *policy != OnDisconnect::Keep) {
+                let policy = policy.as_str();
+                notes.push(format!(
+                    "{name} is deactivated without it{lasts} (rtsctl.onDisconnect of {name} is {policy})"
+                ));
+            }
+        }
+        notes
     }
 }

@@ -67,7 +67,7 @@ impl Agent {
         refuse_created(&subject.component)?;
         // One that is Inactive for another reason is not left so, unless a person says it.
         let by_hand = subject.mark(|wanted| wanted.component.settings_digest());
-        let is_marked = subject.component.by_hand.deactivated == by_hand;
+        let is_marked = subject.component.by_hand.deactivated.is_some();
         let is_so = subject.component.state == LifeCycleState::Inactive;
         if is_so && (is_marked || by_hand.is_none()) {
             return Ok(subject.unchanged(node, target));

@@ -150,7 +150,7 @@ impl Agent {
     }
 
     /// A component of this node and the manager that holds it, which must answer.
-    pub(super) fn find_component(
+    pub(in crate::by_hand) fn find_component(
         &self,
         inventory: &Inventory,
         instance: &str,
@@ -177,7 +177,8 @@ impl Agent {
         Ok((component.clone(), manager))
     }
 
-    async fn wanted(&self, system: &SystemRef, instance: &str) -> Option<Wanted> {
+    /// What is desired of a component.
+    pub(super) async fn wanted(&self, system: &SystemRef, instance: &str) -> Option<Wanted> {
         let ledger = self.ledger.lock().await;
         let mut systems = ledger.held()?.spec.systems.iter();
         let part = systems.find(|part| part.system == *system)?;

@@ -2,9 +2,12 @@
 
 use rts_controller_api::objects::{System, Waiting};
 
-use crate::error::CliError;
+use crate::error::{CliError, Rest};
 use crate::session::Session;
 use crate::show::progress;
+
+/// Most verbs that are named in one message.
+const ENDS: usize = 3;
 
 /// The error, with what is missing in few words.
 pub(super) fn partly(system: &System, waiting: &[Waiting]) -> CliError {
@@ -27,7 +30,7 @@ pub(super) fn partly(system: &System, waiting: &[Waiting]) -> CliError {
         target: required
             .find(|w| w.target.starts_with("component/") || w.target.starts_with("connector/"))
             .map(|w| w.target.clone()),
-        held: is_held(waiting),
+        rest: rest(system, waiting),
     }
 }
 
@@ -41,12 +44,37 @@ fn unhealthy(system: &System) -> String {
     }
 }
 
-/// What is missing is held by failure policies, which its reason names, and nothing of it is tried again.
-fn is_held(waiting: &[Waiting]) -> bool {
-    let mut required = waiting.iter().filter(|w| w.required);
+/// What becomes of what is missing: its reasons name failure policies, and what was done by hand.
+fn rest(system: &System, waiting: &[Waiting]) -> Rest {
+    let required = waiting.iter().filter(|w| w.required);
     let held = |w: &Waiting| w.reason.contains("rtsctl.restart");
-    let stands = |w: &Waiting| held(w) || (w.tries == 0 && w.next_try.is_none());
-    required.clone().all(stands) && required.any(held)
+    let waits = |w: &Waiting| w.tries == 0 && w.next_try.is_none();
+    let by_hand = |w: &Waiting| w.next_try.is_none() && w.reason.contains("by hand");
+    if required.clone().all(|w| held(w) || waits(w)) && required.clone().any(held) {
+        return Rest::Held;
+    }
+    if waiting.iter().all(|w| !w.required) || !required.clone().all(by_hand) {
+        return Rest::Tried;
+    }
+    let mut ends: Vec<String> = required.filter_map(|w| end_of(system, w)).collect();
+    ends.truncate(ENDS);
+    Rest::ByHand(ends)
+}
+
+/// What ends what a person did by hand.
+fn end_of(system: &System, waiting: &Waiting) -> Option<String> {
+    match waiting.target.split_once('/')? {
+        ("component", name) if waiting.reason.starts_with("was deactivated by hand") => {
+            Some(format!("rtsctl activate {name}"))
+        }
+        ("connector", name) if waiting.reason.starts_with("was disconnected by hand") => {
+            let mut connectors = system.spec.connectors.iter();
+            let connector = connectors.find(|c| c.name == name)?;
+            let (source, target) = (&connector.source, &connector.target);
+            Some(format!("rtsctl connect {source} {target}"))
+        }
+        _ => None,
+    }
 }
 
 /// What a system is busy with, and what does not go on.
@@ -83,6 +111,12 @@ mod tests {
     use crate::show::samples;
     use rts_controller_api::objects::Condition;
 
+    fn connectors() -> Vec<rts_schemas::system::ConnectorSpec> {
+        let hello = include_bytes!("../../../../manifests/hello/system.xml");
+        let hello = rts_schemas::rts_profile::load("hello.xml", hello, None, &[]);
+        hello.unwrap().0.connectors
+    }
+
     #[test]
     fn a_partial_apply_says_what_is_missing() {
         let mut system = samples::system();
@@ -108,6 +142,18 @@ mod tests {
         assert!(said(&system, &both).contains("goes on trying"));
         insta::assert_snapshot!(said(&system, &[held]), @"system/hello is only partly applied: not as it should be: component/A; it is not started again by itself: apply a change of it, or run `rtsctl teardown hello` and apply again; see `rtsctl describe component/A`");
         insta::assert_snapshot!(said(&system, &[waiting]), @"system/hello is only partly applied: not as it should be: connector/A.o-B.i; the controller goes on trying: see `rtsctl describe connector/A.o-B.i`");
+        let by_hand = |target: &str, reason: &str| Waiting {
+            target: target.to_owned(),
+            reason: format!("{reason} by hand and is left so (see rtsctl.drift)"),
+            tries: 0,
+            ..both[1].clone()
+        };
+        let cut = by_hand("connector/Sine0.out-Filter0.in", "was disconnected");
+        let idle = by_hand("component/Filter0", "was deactivated");
+        assert!(said(&system, &[cut.clone(), both[1].clone()]).contains("goes on trying"));
+        insta::assert_snapshot!(said(&system, std::slice::from_ref(&idle)), @"system/hello is only partly applied: not as it should be: component/Filter0; it was changed by hand and is left so (rtsctl.drift) until `rtsctl activate Filter0`; see `rtsctl describe component/Filter0`");
+        system.spec.connectors = connectors();
+        insta::assert_snapshot!(said(&system, &[cut, idle]), @"system/hello is only partly applied: not as it should be: connector/Sine0.out-Filter0.in, component/Filter0; it was changed by hand and is left so (rtsctl.drift) until `rtsctl connect Sine0.out Filter0.in` and `rtsctl activate Filter0`; see `rtsctl describe connector/Sine0.out-Filter0.in`");
         insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: it is not healthy, and the controller does not say why; the controller goes on trying: see `rtsctl describe system/hello`");
         system.status.conditions = vec![Condition {
             kind: "Healthy".to_owned(),

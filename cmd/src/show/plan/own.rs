@@ -1,10 +1,54 @@
 //! What of a plan is a system's own: a plan may speak of other systems too.
 
+use std::collections::BTreeSet;
+
+use rts_controller_api::requests::PlanResult;
 use rts_plan::plan::{Drift, Plan};
 use rts_schemas::system::{DriftPolicy, SystemSpec};
 
 use crate::local::plural;
 use crate::output::Output;
+
+/// An answer without what was changed by hand in other systems, and without the remarks on them, as far as they can be
+/// told.
+pub(super) fn of(result: &PlanResult, spec: &SystemSpec) -> PlanResult {
+    let mut own = result.clone();
+    let others = others(&result.plan, spec);
+    own.plan.drift.retain(|drift| drift.system == spec.name);
+    own.plan
+        .notes
+        .retain(|note| !is_foreign(note, spec, &others));
+    own.notes.retain(|note| !is_foreign(note, spec, &others));
+    own
+}
+
+/// The other systems that a plan speaks of.
+fn others<'p>(plan: &'p Plan, spec: &SystemSpec) -> BTreeSet<&'p str> {
+    let changes = plan.changes.iter().filter_map(|c| c.system.as_deref());
+    let steps = plan.steps.iter().filter_map(|s| s.system.as_ref());
+    let drifts = plan.drift.iter().map(|d| d.system.as_str());
+    let all = changes.chain(steps.map(|s| s.name.as_str())).chain(drifts);
+    all.filter(|name| *name != spec.name).collect()
+}
+
+/// True for a remark that names another system, or a manager of one, and not this one.
+fn is_foreign(note: &str, spec: &SystemSpec, others: &BTreeSet<&str>) -> bool {
+    let words: Vec<&str> = note.split([' ', ',', ':', ';']).collect();
+    let mut foreign = false;
+    for pair in words.windows(2) {
+        let system = match pair[0] {
+            "manager" => pair[1].split_once('.').map(|(system, _)| system),
+            "system" => Some(pair[1]).filter(|name| *name == spec.name || others.contains(name)),
+            _ => None,
+        };
+        match system {
+            Some(name) if name == spec.name => return false,
+            Some(_) => foreign = true,
+            None => {}
+        }
+    }
+    foreign
+}
 
 /// True when a plan has something to do, or something that waits, for a system; other systems' affairs do not count. Nor
 /// does what a person changed by hand and may keep.
@@ -55,8 +99,8 @@ fn owns(spec: &SystemSpec, manager: &str) -> bool {
         .is_some_and(|(system, _)| system == spec.name)
 }
 
-/// Says what will restart, and what a person changed by hand, before anything is done.
-pub fn warn_of(plan: &Plan, spec: &SystemSpec, out: &Output) {
+/// Says what restarts, and what a person changed by hand, once that is decided.
+pub fn tell(plan: &Plan, spec: &SystemSpec, out: &Output) {
     let drift = plan.drift.iter().filter(|d| d.system == spec.name);
     for drift in drift {
         out.say(&format!("drift: {}", rts_plan::render::drift(drift)));
@@ -70,6 +114,13 @@ pub fn warn_of(plan: &Plan, spec: &SystemSpec, out: &Output) {
 pub(super) fn restarts(plan: &Plan, spec: &SystemSpec) -> Vec<String> {
     let own = plan.restarts.iter().filter(|r| owns(spec, &r.manager));
     own.map(rts_plan::render::restart).collect()
+}
+
+/// Says what would restart, where that is refused.
+pub fn tell_refused(plan: &Plan, spec: &SystemSpec, out: &Output) {
+    for line in restarts(plan, spec) {
+        out.say(&line.replacen("restarts:", "would restart:", 1));
+    }
 }
 
 /// What would restart, in few words (`1 process would restart, 2 components would be made again`). None for nothing.

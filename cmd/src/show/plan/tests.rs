@@ -1,7 +1,7 @@
 use rts_plan::plan::*;
 use rts_schemas::system::{DriftPolicy, SystemSpec};
 
-use super::own::restarts;
+use super::own::{self, restarts};
 use super::samples::result;
 use super::*;
 
@@ -109,6 +109,38 @@ fn what_may_stay_as_a_person_made_it_is_no_difference() {
         ..drift(DriftPolicy::Adopt, "rate")
     };
     assert!(!differs(other));
+}
+
+#[test]
+fn only_own_drift_and_remarks_are_shown() {
+    let drift = |system: &str| Drift {
+        target: "component/Sine0".to_owned(),
+        system: system.to_owned(),
+        policy: DriftPolicy::Ignore,
+        kind: DriftKind::Changed,
+        reason: "was configured by hand".to_owned(),
+        fields: Vec::new(),
+    };
+    let mut result = result();
+    let own = [
+        "made by hand in manager hello.main on local: A; is left alone",
+        "manager probe on local was started by hand: it is left alone",
+        "service connector c of system hello: is declared",
+        "the stored system with it",
+    ];
+    let others = [
+        "made by hand in manager other.main on local: A; is left alone",
+        "service connector c of system other: is declared",
+    ];
+    result.plan.drift = vec![drift("hello"), drift("other")];
+    let notes = own.iter().chain(&others).map(|note| (*note).to_owned());
+    result.plan.notes = notes.collect();
+    result.notes.clone_from(&result.plan.notes);
+    let shown = own::of(&result, &hello());
+    assert_eq!(shown.plan.drift, [drift("hello")]);
+    assert_eq!(shown.plan.notes, own);
+    assert_eq!(shown.notes, own);
+    assert_eq!(shown.plan.steps, result.plan.steps);
 }
 
 #[test]

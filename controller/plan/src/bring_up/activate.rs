@@ -15,7 +15,12 @@ impl<'a> Bringer<'_, '_, 'a> {
         let live = live.map(|live| &self.facts.lives[*live]);
         let error = |live: &&Live<'a>| live.component.state == LifeCycleState::Error;
         let Some(live) = live.filter(error) else {
-            return Standing::Done;
+            // What cannot be seen may be in Error.
+            let node = self.facts.wants[&id].node;
+            return match live.is_none() && self.facts.unknown.contains_key(node) {
+                true => Standing::Waits,
+                false => Standing::Done,
+            };
         };
         if self.up.waits.contains_key(&id) {
             return Standing::Waits;
@@ -76,9 +81,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         let reason = match live {
             None => "is to be Active",
             Some(live) if live.component.state == LifeCycleState::Error => "was reset",
-            Some(live) if drift::deactivated(want.placed, live.component) => {
-                "was deactivated by hand"
-            }
+            Some(live) if drift::deactivated(live.component) => "was deactivated by hand",
             Some(_) => "is not Active",
         };
         let step = self.steps.add(NewStep {

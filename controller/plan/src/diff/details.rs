@@ -7,6 +7,7 @@ use crate::links::{Join, Links};
 use crate::observed::ConnectorObserved;
 use crate::plan::{Action, Change, FieldChange};
 use crate::render::fields::{Made, component};
+use crate::take_down::Down;
 use crate::target;
 
 /// A component that should be there.
@@ -66,10 +67,12 @@ pub(super) fn end_with_source<'a>(
     facts: &Facts<'a>,
     decisions: &Decisions<'a>,
     links: &Links<'a>,
+    down: &Down<'a>,
     changes: &mut Vec<Change>,
 ) {
     for (ix, live) in facts.lives.iter().enumerate() {
-        let Some(id) = live.id().filter(|_| decisions.fates[ix] == Fate::Gone) else {
+        let goes = decisions.fates[ix] == Fate::Gone && !down.stuck.contains_key(&ix);
+        let Some(id) = live.id().filter(|_| goes) else {
             continue;
         };
         for (key, observed) in facts.connectors(ix) {

@@ -152,6 +152,5 @@ fn affected_of(live: &Live<'_>) -> Affected {
         node: live.node.to_owned(),
         manager: live.manager.key.display_name(),
         starved: false,
-        on_disconnect: live.component.on_disconnect,
     }
 }

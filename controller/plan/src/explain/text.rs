@@ -50,7 +50,7 @@ fn now(text: &mut String, it: &Explanation) {
 /// How much depends on it.
 fn weight(it: &Explanation) -> String {
     let critical = match it.critical {
-        true => "it is on the critical path: what delays it delays the whole plan",
+        true => "it is on the critical path: what delays it delays the plan as a whole",
         false => "it is not on the critical path: it has time to spare",
     };
     match it.delays {

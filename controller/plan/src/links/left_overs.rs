@@ -4,12 +4,24 @@ use super::{Cut, Links, by_hand};
 use crate::decide::{Decisions, Fate};
 use crate::index::{Facts, LinkId};
 use crate::observed::ConnectorObserved;
+use crate::plan::Blocked;
+use crate::target;
 
 /// Cuts them, at components that stay; but for what a person made and is left.
-pub(super) fn cut<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, links: &mut Links<'a>) {
+pub(super) fn cut<'a>(
+    facts: &Facts<'a>,
+    decisions: &Decisions<'a>,
+    blocked: &Blocked,
+    links: &mut Links<'a>,
+) {
     for (source, live) in facts.lives.iter().enumerate() {
         let acts = live.manager.responsive && facts.nodes.contains(live.node);
-        if live.id().is_none() || !acts || decisions.fates[source] == Fate::Gone {
+        let own = || target::component(&live.component.instance);
+        // One that does not let itself be deleted is still there.
+        let stuck = !decisions.stops.contains_key(&live.seat())
+            && target::why_blocked(blocked, live.node, own).is_some();
+        let goes = decisions.fates[source] == Fate::Gone && !stuck;
+        if live.id().is_none() || !acts || goes {
             continue;
         }
         for (key, connector) in facts.connectors(source) {

@@ -47,8 +47,6 @@ pub(super) struct Passed<'a> {
     optional: bool,
     /// What stands before it, where its own steps do not speak for that.
     pub through: Awaited,
-    /// What stands before it and it may go on without: this matters to a higher number, not to a `Preceding`.
-    left_behind: Awaited,
     /// Why it cannot get there now.
     waits: Option<String>,
     /// Optional components that nobody waits for.
@@ -60,6 +58,8 @@ pub(super) struct Passed<'a> {
 struct Before<'a> {
     gate: Gate,
     absent: BTreeSet<&'a str>,
+    /// It is part of a circle, in which everybody waits.
+    in_cycle: bool,
 }
 
 impl<'a> Order<'a> {
@@ -83,10 +83,8 @@ impl<'a> Order<'a> {
                 let mut before = self.before(node, member, &passed);
                 if cycle.is_some() {
                     before.gate.waits.clone_from(&cycle);
+                    before.in_cycle = true;
                 }
-                // In a cycle everybody waits.
-                let required = member.required || cycle.is_some();
-                let member = Member { required, ..member };
                 let own = self.pass(member, before, &mut visit, &mut over);
                 passed[node.index()] = Some(own);
             }
@@ -120,7 +118,6 @@ impl<'a> Order<'a> {
             };
             own.extend(&before.own);
             into.through.add(&before.through);
-            into.through.add(&before.left_behind);
             into.absent.extend(&before.absent);
         }
         // Where somebody may go on without a member, that does not speak for the level below.
@@ -163,41 +160,52 @@ impl<'a> Order<'a> {
         over: &mut PassedOver<'a>,
     ) -> Passed<'a> {
         let Member { name, required } = member;
-        let Before { gate, absent } = before;
+        let Before {
+            gate,
+            absent,
+            in_cycle,
+        } = before;
         let waits = gate.waits.clone();
-        let (through, left_behind) = carried(&gate, required);
-        match visit(name, gate) {
-            Standing::Done => Passed::default(),
-            Standing::Steps(own) => {
-                for absent in absent {
-                    over.entry(absent).or_default().insert(name);
-                }
-                Passed {
-                    own,
-                    optional: !required,
-                    through,
-                    left_behind,
-                    ..Passed::default()
-                }
+        let carried = carried(&gate);
+        let holds_up = required || in_cycle;
+        let (own, certain) = match visit(name, gate) {
+            Standing::Done => return Passed::default(),
+            Standing::Steps(own) => (own, false),
+            Standing::Certain(own) => (own, true),
+            Standing::Waits if holds_up => return self.held_up(name, ""),
+            Standing::WaitsAs(why) if holds_up => {
+                return self.held_up(name, &format!(", which {why}"));
             }
-            Standing::Waits if required => Passed {
-                waits: Some(format!("waits for {name} ({} order)", self.name)),
-                ..Passed::default()
-            },
-            Standing::WaitsAs(why) if required => Passed {
-                waits: Some(format!(
-                    "waits for {name}, which {why} ({} order)",
-                    self.name
-                )),
-                ..Passed::default()
-            },
-            Standing::Waits | Standing::WaitsAs(_) => Passed {
-                through,
-                left_behind,
-                waits,
-                absent: absent.into_iter().chain([name]).collect(),
-                ..Passed::default()
-            },
+            Standing::Waits | Standing::WaitsAs(_) => {
+                return Passed {
+                    through: carried,
+                    waits,
+                    absent: absent.into_iter().chain([name]).collect(),
+                    ..Passed::default()
+                };
+            }
+        };
+        for absent in absent {
+            over.entry(absent).or_default().insert(name);
+        }
+        let mut passed = Passed {
+            own,
+            optional: !required,
+            ..Passed::default()
+        };
+        // The success of a required one says that all the rest succeeded, and the end of what is never given up that
+        // all the rest has ended.
+        if !required && !certain {
+            passed.through = carried;
+        }
+        passed
+    }
+
+    /// Who comes after a component waits, since that one does.
+    fn held_up(&self, name: &str, why: &str) -> Passed<'a> {
+        Passed {
+            waits: Some(format!("waits for {name}{why} ({} order)", self.name)),
+            ..Passed::default()
         }
     }
 }
@@ -210,44 +218,30 @@ impl<'a> Before<'a> {
         }
         self.absent.extend(&source.absent);
         let through = &source.through;
-        let steps = source.own.iter();
-        let steps = steps.chain(&through.needs).chain(&through.ends).copied();
+        let through = through.needs.iter().chain(&through.ends);
+        let all = source.own.iter().chain(through.clone());
+        gate.because.extend(all.map(|ix| (*ix, rule)));
         if let Rule::Async { .. } = rule {
             // A request that is never sent counts as sent once it could have been.
-            let (own, absent) = (&source.own, source.own.is_empty());
-            gate.starts.extend(own);
-            let ends = steps.filter(|_| absent);
-            let ends: Vec<Ix> = ends.collect();
-            let all = own.iter().chain(&ends);
-            gate.because.extend(all.map(|ix| (*ix, rule)));
-            gate.ends.extend(ends);
+            gate.starts.extend(&source.own);
+            gate.ends.extend(through);
             return;
         }
-        gate.because.extend(steps.map(|ix| (ix, rule)));
         match source.optional {
             true => gate.ends.extend(&source.own),
             false => gate.needs.extend(&source.own),
         }
-        gate.needs.extend(&through.needs);
-        gate.ends.extend(&through.ends);
+        gate.needs.extend(&source.through.needs);
+        gate.ends.extend(&source.through.ends);
     }
 }
 
-/// What a component hands on of what stands before it.
-fn carried(gate: &Gate, required: bool) -> (Awaited, Awaited) {
+/// What stands before a component, but for what it may go on without.
+fn carried(gate: &Gate) -> Awaited {
     let go_on = gate.limits.iter().filter(|l| l.then == OnTimeout::GoOn);
     let limited: BTreeSet<Ix> = go_on.flat_map(|limit| &limit.steps).copied().collect();
-    let left_behind = Awaited {
-        needs: &gate.needs & &limited,
-        ends: &gate.ends & &limited,
-    };
-    if required {
-        // Its own success says that all the rest succeeded.
-        return (Awaited::default(), left_behind);
-    }
-    let through = Awaited {
+    Awaited {
         needs: &gate.needs - &limited,
         ends: &gate.ends - &limited,
-    };
-    (through, left_behind)
+    }
 }

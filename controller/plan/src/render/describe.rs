@@ -27,7 +27,7 @@ pub(super) fn describe(change: &Change, on_node: bool) -> Described {
 }
 
 fn added(change: &Change, on_node: bool) -> Described {
-    let (lead, lines) = made_of(change, on_node, |field| field.new.as_deref());
+    let (lead, lines) = made_of(change, on_node, false, |field| field.new.as_deref());
     let plain = !lead.is_empty() && PLAIN.contains(&change.reason.as_str());
     let why = match plain {
         true => String::new(),
@@ -42,7 +42,7 @@ fn added(change: &Change, on_node: bool) -> Described {
 }
 
 fn removed(change: &Change) -> Described {
-    let (lead, lines) = made_of(change, false, |field| field.old.as_deref());
+    let (lead, lines) = made_of(change, false, true, |field| field.old.as_deref());
     let was = match listed(&lead, &lines) {
         was if was.is_empty() => was,
         was => format!(" (was {was})"),
@@ -125,10 +125,11 @@ fn news(change: &Change) -> &str {
 }
 
 /// `SineSource in hello.main on local, 100 Hz` and the configuration values; `TimedLong, push, flush` and other
-/// properties; `on local`.
+/// properties; `on local`. `named`: with the names of the properties, of which a few may be there.
 fn made_of<'a>(
     change: &'a Change,
     on_node: bool,
+    named: bool,
     side: impl Fn(&'a FieldChange) -> Option<&'a str>,
 ) -> (String, Vec<(String, String)>) {
     let (mut lead, mut lines) = (String::new(), Vec::new());
@@ -146,11 +147,14 @@ fn made_of<'a>(
             "node" if on_node && change.target.starts_with("manager/") => say("on ", new),
             "node" => {}
             "rate" => say(", ", &format!("{new} Hz")),
-            "dataType" => say(", ", data_type(new)),
+            "dataType" => say(", ", &value(data_type(new))),
             "executionKind" => say(", ", new),
             "properties.dataport.dataflow_type"
             | "properties.dataport.subscription_type"
-            | "properties.dataport.interface_type" => say(", ", new),
+            | "properties.dataport.interface_type" => match named {
+                true => say(", ", &format!("{} {}", name(field), value(new))),
+                false => say(", ", &value(new)),
+            },
             "configuration.active" if new == "default" => {}
             "properties.dataport.data_type" => {}
             _ => lines.push((name(field), value(&tame(new)).into_owned())),
@@ -180,7 +184,7 @@ fn name(change: &FieldChange) -> String {
 pub(super) fn side(change: &FieldChange, text: &Option<String>) -> String {
     match text {
         None => "none".to_owned(),
-        Some(text) if change.field == "dataType" => data_type(text).to_owned(),
+        Some(text) if change.field == "dataType" => value(&tame(data_type(text))).into_owned(),
         Some(text) => value(&tame(text)).into_owned(),
     }
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::names::tame;
-use super::steps::milliseconds;
+use super::steps::{milliseconds, within};
 use crate::plan::{Plan, Step, StepId};
 
 /// A digraph: steps are nodes, one cluster for each node of the robot. Solid: must have succeeded; dashed: must have
-/// started; dotted: must have ended. The critical path is bold.
+/// started; dotted: must have ended; with a label: for how long that is waited for. The critical path is bold.
 pub fn render(plan: &Plan) -> String {
     let mut text = String::from(HEAD);
     let critical = Critical::of(plan);
@@ -32,19 +32,30 @@ pub fn render(plan: &Plan) -> String {
     }
     for step in &plan.steps {
         for (before, how) in edges(step) {
-            let style = match (how, critical.joins(before, step.id)) {
-                (How::Needs, false) => "",
-                (How::Needs, true) => " [style=bold]",
-                (How::Start, false) => " [style=dashed]",
-                (How::Start, true) => " [style=\"dashed,bold\"]",
-                (How::End, false) => " [style=dotted]",
-                (How::End, true) => " [style=\"dotted,bold\"]",
-            };
-            let _ = writeln!(text, "  \"{before}\" -> \"{}\"{style};", step.id);
+            let looks = looks(step, before, how, critical.joins(before, step.id));
+            let _ = writeln!(text, "  \"{before}\" -> \"{}\"{looks};", step.id);
         }
     }
     text.push_str("}\n");
     text
+}
+
+/// ` [style="dashed,bold", label="at most 300 ms, then fails"]`; empty for the usual way.
+fn looks(step: &Step, before: StepId, how: How, critical: bool) -> String {
+    let style = match (how, critical) {
+        (How::Needs, false) => None,
+        (How::Needs, true) => Some("style=bold".to_owned()),
+        (How::Start, false) => Some("style=dashed".to_owned()),
+        (How::Start, true) => Some("style=\"dashed,bold\"".to_owned()),
+        (How::End, false) => Some("style=dotted".to_owned()),
+        (How::End, true) => Some("style=\"dotted,bold\"".to_owned()),
+    };
+    let label = limits(step, before).map(|limit| format!("label={}", quoted(&limit)));
+    let looks: Vec<String> = style.into_iter().chain(label).collect();
+    match looks.is_empty() {
+        true => String::new(),
+        false => format!(" [{}]", looks.join(", ")),
+    }
 }
 
 const HEAD: &str =
@@ -70,6 +81,13 @@ pub(super) fn edges(step: &Step) -> Vec<(StepId, How)> {
         ids.into_iter().map(move |id| (id, how))
     };
     lists.into_iter().flat_map(pairs).collect()
+}
+
+/// How long a step waits for one before it, and what then (`at most 300 ms, then fails`). None without a limit.
+pub(super) fn limits(step: &Step, before: StepId) -> Option<String> {
+    let limits = step.limits.iter().filter(|l| l.steps.contains(&before));
+    let limits: Vec<String> = limits.map(|l| within(l, "")).collect();
+    (!limits.is_empty()).then(|| limits.join("; "))
 }
 
 /// The steps of each node, in the order of the nodes' names.

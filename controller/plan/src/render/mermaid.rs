@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::dot::{Critical, How, by_node, edges, label};
+use super::dot::{Critical, How, by_node, edges, label, limits};
 use super::names::tame;
 use crate::plan::{Plan, StepId};
 
-/// A flow chart: steps are nodes, one sub-graph for each node of the robot. `-->`: must have succeeded; dashed: must
-/// have started; dotted: must have ended. The critical path is thick.
+/// A flow chart: steps are nodes, one sub-graph for each node of the robot. `-->`: must have succeeded; `-.->`: must have
+/// started; `--o`: must have ended; with a label: for how long that is waited for. The critical path is thick.
 pub fn render(plan: &Plan) -> String {
     let mut text = String::from("flowchart LR\n");
     let critical = Critical::of(plan);
@@ -22,42 +22,32 @@ pub fn render(plan: &Plan) -> String {
         }
         text.push_str("  end\n");
     }
-    let mut styles = Vec::new();
+    // Edges are known by their number, from 0.
+    let (mut count, mut thick) = (0, Vec::new());
     for step in &plan.steps {
         for (before, how) in edges(step) {
-            let _ = writeln!(text, "  s{before} --> s{}", step.id);
-            styles.push(style(how, critical.joins(before, step.id)));
+            let label = limits(step, before).map(|limit| format!("|\"{}\"|", escaped(&limit)));
+            let (arrow, label) = (arrow(how), label.unwrap_or_default());
+            let _ = writeln!(text, "  s{before} {arrow}{label} s{}", step.id);
+            if critical.joins(before, step.id) {
+                thick.push(count.to_string());
+            }
+            count += 1;
         }
     }
-    text.push_str(&link_styles(&styles));
+    if !thick.is_empty() {
+        let _ = writeln!(text, "  linkStyle {} stroke-width:4px;", thick.join(","));
+    }
     text.push_str(&bold(plan));
     text
 }
 
-/// How an edge is drawn; none for the usual way.
-fn style(how: How, critical: bool) -> Option<&'static str> {
-    match (how, critical) {
-        (How::Needs, false) => None,
-        (How::Needs, true) => Some("stroke-width:4px"),
-        (How::Start, false) => Some("stroke-dasharray:8 4"),
-        (How::Start, true) => Some("stroke-dasharray:8 4,stroke-width:4px"),
-        (How::End, false) => Some("stroke-dasharray:2 4"),
-        (How::End, true) => Some("stroke-dasharray:2 4,stroke-width:4px"),
+fn arrow(how: How) -> &'static str {
+    match how {
+        How::Needs => "-->",
+        How::Start => "-.->",
+        How::End => "--o",
     }
-}
-
-/// One line for each style: edges are known by their number, from 0.
-fn link_styles(styles: &[Option<&'static str>]) -> String {
-    let mut by_style = std::collections::BTreeMap::<&str, Vec<String>>::new();
-    for (number, style) in styles.iter().enumerate() {
-        if let Some(style) = style {
-            by_style.entry(style).or_default().push(number.to_string());
-        }
-    }
-    let line = |(style, numbers): (&str, Vec<String>)| {
-        format!("  linkStyle {} {style};\n", numbers.join(","))
-    };
-    by_style.into_iter().map(line).collect()
 }
 
 fn bold(plan: &Plan) -> String {

@@ -1,7 +1,5 @@
 //! Whom a restart interrupts.
 
-use rts_schemas::system::OnDisconnect;
-
 use super::names::tame;
 use crate::plan::{Affected, Restart};
 
@@ -22,7 +20,9 @@ pub(super) fn parts(restart: &Restart) -> (String, Vec<(&'static str, String)>) 
     let (manager, node, reason) = (&restart.manager, &restart.node, tame(&restart.reason));
     let head = match restart.pid {
         Some(pid) => format!("restarts: process {manager} (pid {pid}) on {node} stops: {reason}"),
-        None => format!("restarts: process {manager} on {node} goes on: {reason}"),
+        None => format!(
+            "restarts: only components in process {manager} on {node}, which goes on: {reason}"
+        ),
     };
     let mut parts = Vec::new();
     let mut list = |name, names: &[String]| {
@@ -39,14 +39,12 @@ pub(super) fn parts(restart: &Restart) -> (String, Vec<(&'static str, String)>) 
     (head, parts)
 }
 
-/// `Printer0 in hello.Printer0 goes on without samples`.
+/// `Printer0 in hello.Printer0 on local gets no samples meanwhile`.
 fn affected(peer: &Affected) -> String {
     let (instance, manager, node) = (&peer.instance, &peer.manager, &peer.node);
-    let what = match (peer.on_disconnect, peer.starved) {
-        (OnDisconnect::Keep, true) => "gets no samples meanwhile",
-        (OnDisconnect::Keep, false) => "sends to nobody meanwhile",
-        (OnDisconnect::Deactivate, _) => "is deactivated meanwhile (onDisconnect)",
-        (OnDisconnect::Stop, _) => "is stopped meanwhile (onDisconnect)",
+    let what = match peer.starved {
+        true => "gets no samples meanwhile",
+        false => "sends to nobody meanwhile",
     };
     format!("{instance} in {manager} on {node} {what}")
 }

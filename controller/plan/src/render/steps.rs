@@ -27,15 +27,21 @@ pub fn after(step: &Step) -> String {
 
 /// `at most 200 ms for 4, then fails`.
 pub fn limit(limit: &Limit) -> String {
+    within(limit, &format!(" for {}", join(&limit.steps, ",")))
+}
+
+/// The same with this in the place of ` for 4`.
+pub(super) fn within(limit: &Limit, whom: &str) -> String {
     let then = match limit.then {
         OnTimeout::Fail => "fails",
         OnTimeout::GoOn => "goes on",
     };
-    let (time, steps) = (milliseconds(u64::from(limit.ms)), join(&limit.steps, ","));
-    format!("at most {time} for {steps}, then {then}")
+    let time = milliseconds(u64::from(limit.ms));
+    format!("at most {time}{whom}, then {then}")
 }
 
-/// `critical path: 1 → 4 → 9 (3 steps, waits 1.5 s)`: what the plan cannot be faster than. None without steps.
+/// `critical path: 1 → 4 → 9 (3 steps, waits 1.5 s)`: what the plan cannot be faster than. Until everything is Active,
+/// when it brings anything up. None without steps.
 pub fn critical_path(plan: &Plan) -> Option<String> {
     let path = &plan.critical_path;
     if path.is_empty() {

@@ -223,12 +223,11 @@ fn changes() -> Vec<Change> {
 }
 
 fn restart() -> Restart {
-    let affected = |instance: &str, starved, on_disconnect| Affected {
+    let affected = |instance: &str, starved| Affected {
         instance: instance.to_owned(),
         node: "local".to_owned(),
         manager: "hello.main".to_owned(),
         starved,
-        on_disconnect,
     };
     Restart {
         node: "local".to_owned(),
@@ -237,10 +236,7 @@ fn restart() -> Restart {
         components: vec!["Printer0".to_owned()],
         also_stopped: vec!["Motor0".to_owned()],
         connectors: vec!["Filter0.out-Printer0.in".to_owned()],
-        affected: vec![
-            affected("Filter0", false, OnDisconnect::Keep),
-            affected("Logger0", true, OnDisconnect::Deactivate),
-        ],
+        affected: vec![affected("Filter0", false), affected("Logger0", true)],
         reason: "type changed from A to B".to_owned(),
     }
 }

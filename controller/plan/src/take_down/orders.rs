@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Taker;
 use crate::graph::{Ix, Preference};
 use crate::index::SystemOrders;
-use crate::order::{List, Order, Standing, deleting, members};
+use crate::order::{List, Member, Order, Standing, deleting};
 use crate::plan::OrderName;
 
 type BySystem<'a> = BTreeMap<&'a str, Vec<Ix>>;
@@ -17,10 +17,10 @@ impl<'a> Taker<'_, '_, 'a> {
         for (uid, SystemOrders { orders }) in &self.facts.orders {
             if let Some(steps) = deactivates.get(uid) {
                 let list = (OrderName::Deactivation, orders.deactivation.as_slice());
-                self.order(uid, &[list], steps);
+                self.order(&[list], steps);
             }
             if let Some(steps) = deletes.get(uid) {
-                self.order(uid, &deleting(orders), steps);
+                self.order(&deleting(orders), steps);
             }
         }
     }
@@ -37,17 +37,26 @@ impl<'a> Taker<'_, '_, 'a> {
         by_system
     }
 
-    /// Orders steps. A cycle must not keep anything alive: what closes it is left out.
-    fn order(&mut self, uid: &'a str, lists: &[List<'a>], of: &BySystem<'a>) {
+    /// Orders steps. No order keeps anything alive: of a cycle is left out what closes it, and who comes after a component
+    /// waits for the end of its steps, whether they succeed or not.
+    fn order(&mut self, lists: &[List<'a>], of: &BySystem<'a>) {
         if lists.iter().all(|(_, list)| list.is_empty()) {
             return;
         }
-        let members = members(self.facts, uid, of.keys().copied());
+        let members = of.keys().map(|name| Member {
+            name,
+            required: false,
+        });
         Order::new(lists, members).walk(|instance, gate| {
-            for step in &of[instance] {
+            let own = &of[instance];
+            let given_up = own.iter().any(|step| self.steps.needs_any(*step));
+            for step in own {
                 self.steps.gate(*step, gate.clone());
             }
-            Standing::Steps(of[instance].clone())
+            match given_up {
+                true => Standing::Steps(own.clone()),
+                false => Standing::Certain(own.clone()),
+            }
         });
     }
 

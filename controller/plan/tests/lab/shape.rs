@@ -8,7 +8,8 @@ use rts_plan::observed::ByHand;
 use crate::world::World;
 
 /// Places, contents, settings and connectors. A rate that nobody writes stays as it was and does not count; nor do
-/// marks where nothing differs.
+/// marks where nothing differs, nor a module that no component uses: when a component ends by itself, its module stays
+/// loaded, since nobody can tell it from one that a person loaded.
 pub fn shape(world: &World) -> BTreeMap<(String, ManagerKey), String> {
     let specs = world
         .systems
@@ -36,7 +37,10 @@ pub fn shape(world: &World) -> BTreeMap<(String, ManagerKey), String> {
                 component.rate = 0.0;
             }
         }
-        let text = format!("{:?} {components:?}", manager.modules);
+        let modules = manager.modules.iter();
+        let used = modules.filter(|name| components.iter().any(|c| c.type_name == **name));
+        let modules: Vec<&String> = used.collect();
+        let text = format!("{modules:?} {components:?}");
         shape.insert((node.to_owned(), manager.key.clone()), text);
     }
     shape

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use rts_plan::desired::{Desired, PlacedComponent, PlacedConnector};
+use rts_plan::mark::{self, Change, Mark};
 use rts_plan::observed::{ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState};
-use rts_schemas::system::PortRef;
+use rts_schemas::system::{Configuration, PortRef};
 
 use super::World;
 
@@ -83,6 +84,12 @@ impl World {
         self.set_by_hand(&desired, &filter, "default", value);
     }
 
+    /// Sets a value of the set `default`.
+    pub fn set_value(&mut self, instance: &str, name: &str, value: &str) {
+        let (desired, found) = (self.desired(), self.named(instance));
+        self.set_value_by_hand(&desired, &found, ("default", name), value);
+    }
+
     pub fn deactivate(&mut self, instance: &str) {
         let names = self.components().map(|(_, _, c)| c.instance.as_str());
         let nth = names.into_iter().position(|name| name == instance);
@@ -118,24 +125,56 @@ impl World {
         set: &str,
         value: &str,
     ) {
-        let mark = settings_mark(desired, found);
-        let component = self.again(found);
-        component.by_hand.configured = Some(mark);
-        let configuration = &mut component.configuration;
-        if value.is_empty() {
-            configuration.active = Some(set.to_owned());
-        } else {
-            let set = configuration.sets.entry(set.to_owned()).or_default();
-            set.insert("gain".to_owned(), value.to_owned());
+        match value {
+            "" => self.switch_by_hand(desired, found, set),
+            _ => self.set_value_by_hand(desired, found, (set, "gain"), value),
         }
     }
 
+    /// Sets one value, of a set and with a name.
+    pub fn set_value_by_hand(
+        &mut self,
+        desired: &Desired,
+        found: &ComponentObserved,
+        (set, name): (&str, &str),
+        value: &str,
+    ) {
+        let before = found.configuration.sets.get(set);
+        let before = before.and_then(|set| set.get(name)).map(String::as_str);
+        let placed = placed(desired, found);
+        let wanted = placed.and_then(|placed| mark::desired(placed, found, set, name));
+        let change = placed.zip(wanted).map(|(placed, desired)| Change {
+            desired,
+            before,
+            value,
+            policy: placed.spec.policy.drift,
+        });
+        let mark = marked(found, mark::path(set, name), change);
+        let component = self.again(found);
+        component.by_hand.configured = mark;
+        let set = component.configuration.sets.entry(set.to_owned());
+        set.or_default().insert(name.to_owned(), value.to_owned());
+    }
+
+    fn switch_by_hand(&mut self, desired: &Desired, found: &ComponentObserved, set: &str) {
+        let change = placed(desired, found).map(|placed| Change {
+            desired: active(&placed.spec.configuration),
+            before: Some(active(&found.configuration)),
+            value: set,
+            policy: placed.spec.policy.drift,
+        });
+        let mark = marked(found, mark::ACTIVE.to_owned(), change);
+        let component = self.again(found);
+        component.by_hand.configured = mark;
+        component.configuration.active = Some(set.to_owned());
+    }
+
     pub fn deactivate_by_hand(&mut self, desired: &Desired, found: &ComponentObserved) {
-        let mark = settings_mark(desired, found);
+        let mark = placed(desired, found).map(PlacedComponent::settings_digest);
         let component = self.again(found);
         if component.state != LifeCycleState::Error {
             component.state = LifeCycleState::Inactive;
-            component.by_hand.deactivated = Some(mark);
+            component.by_hand.deactivated = Some(mark.unwrap_or_default());
         }
     }
 
@@ -182,12 +221,16 @@ impl World {
     pub fn forget_stale_marks(&mut self) {
         let desired = self.desired();
         for component in self.components_mut().filter(|c| c.system.is_some()) {
-            let settings = settings_mark(&desired, component);
+            let mut mark = Mark::of(component);
+            if let Some(placed) = placed(&desired, component) {
+                mark.settle(placed, component);
+            }
             let stale = component.clone();
             let connector = |name: &str| connector_mark(&desired, &stale, name);
             let marks = &mut component.by_hand;
-            marks.configured.take_if(|mark| *mark != settings);
-            marks.deactivated.take_if(|mark| *mark != settings);
+            marks.configured = (!mark.is_empty()).then(|| mark.encode());
+            let is_inactive = component.state == LifeCycleState::Inactive;
+            marks.deactivated.take_if(|_| !is_inactive);
             let disconnected = &mut marks.disconnected;
             disconnected.retain(|name, mark| *mark == connector(name));
             for made in &mut component.connectors {
@@ -221,13 +264,25 @@ pub fn connected(
     }
 }
 
-fn settings_mark(desired: &Desired, found: &ComponentObserved) -> String {
+fn active(configuration: &Configuration) -> &str {
+    configuration.active.as_deref().unwrap_or("default")
+}
+
+/// The mark of a component with one more change.
+fn marked(found: &ComponentObserved, path: String, change: Option<Change<'_>>) -> Option<String> {
+    let mut mark = Mark::of(found);
+    if let Some(change) = change {
+        mark.change(path, &change);
+    }
+    (!mark.is_empty()).then(|| mark.encode())
+}
+
+fn placed<'a>(desired: &'a Desired, found: &ComponentObserved) -> Option<&'a PlacedComponent> {
     let parts = desired.nodes.values().flat_map(|spec| &spec.systems);
     let mut own = parts
         .filter(|part| Some(&part.system) == found.system.as_ref())
         .flat_map(|part| &part.components);
-    let placed = own.find(|placed| placed.spec.instance == found.instance);
-    placed.map_or_else(String::new, PlacedComponent::settings_digest)
+    own.find(|placed| placed.spec.instance == found.instance)
 }
 
 fn connector_mark(desired: &Desired, source: &ComponentObserved, name: &str) -> String {

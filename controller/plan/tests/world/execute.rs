@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_plan::desired::{ManagerKey, PlacedConnector};
+use rts_plan::mark::Mark;
 use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
 use rts_plan::plan::{Plan, Step, StepId, Work};
 use rts_plan::target::on;
@@ -162,7 +163,10 @@ impl World {
                     component.on_disconnect = *on_disconnect;
                 }
                 if *configuration != Configuration::default() {
-                    component.by_hand.configured = None;
+                    let mut mark = Mark::of(component);
+                    mark.set(configuration);
+                    let left = (!mark.is_empty()).then(|| mark.encode());
+                    component.by_hand.configured = left;
                 }
                 for (set, values) in &configuration.sets {
                     let own = component.configuration.sets.entry(set.clone()).or_default();

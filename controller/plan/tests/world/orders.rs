@@ -106,6 +106,10 @@ impl World {
             let waits = required && steps.is_empty() && !self.is_there(step, &before.instance);
             return !waits && !steps.iter().any(is_open);
         }
+        if matches!(step.work, Work::Deactivate { .. } | Work::Delete { .. }) {
+            // Nothing is kept alive by what fails.
+            return !steps.iter().any(is_open);
+        }
         if steps.is_empty() {
             return self.is_there(step, &before.instance);
         }

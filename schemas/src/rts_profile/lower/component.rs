@@ -140,7 +140,7 @@ fn execution_context(component: &Component) -> ExecutionContextSpec {
     spec
 }
 
-fn execution_kind(kind: &str) -> ExecutionKind {
+pub(crate) fn execution_kind(kind: &str) -> ExecutionKind {
     match kind.to_ascii_lowercase().replace(['_', '-'], "").as_str() {
         "" | "periodic" | "periodicexecutioncontext" => ExecutionKind::Periodic,
         "eventdriven" | "eventdrivenexecutioncontext" => ExecutionKind::EventDriven,
