@@ -19,6 +19,17 @@ const REASON: &str = "is stored; nothing that runs changes for it";
 /// Adds to a plan what differs between the stored record and the one that would replace it, where no change says it yet.
 /// A change of the target that is there already gets the fields.
 pub fn tell(plan: &mut Plan, old: &SystemRecord, new: &SystemRecord) {
+    let mut new = new.clone();
+    if old.spec.full_id.is_empty() {
+        // Of a system that was taken in from its nodes the id was never known: to learn it changes nothing.
+        new.spec.full_id.clear();
+    }
+    if new.spec != old.spec || (&old.digests, &old.places) != (&new.digests, &new.places) {
+        differs(plan, old, &new);
+    }
+}
+
+fn differs(plan: &mut Plan, old: &SystemRecord, new: &SystemRecord) {
     let name = new.name();
     let mut own = Own { name, plan };
     let (before, now) = (words(&old.spec), words(&new.spec));
