@@ -33,7 +33,7 @@ pub fn node(name: &str) -> String {
     format!("node/{name}")
 }
 
-/// `local|component/Sine0`: a target on one node, the key of [`Blocked`](crate::plan::Blocked).
+/// `local|component/Sine0`: a target on one node, the key of [`Blocked`].
 pub fn on(node: &str, target: &str) -> String {
     format!("{node}|{target}")
 }
