@@ -46,11 +46,8 @@ impl<K: Numbered, V> Table<K, V> {
 
     /// The value of a key, which is made when there is none.
     pub fn or_insert_with(&mut self, key: K, make: impl FnOnce() -> V) -> &mut V {
-        if !self.contains_key(&key) {
-            self.insert(key, make());
-        }
-        let slot = self.slot(key);
-        let (_, value) = slot.get_or_insert_with(|| unreachable!("it was inserted"));
+        self.len += usize::from(!self.contains_key(&key));
+        let (_, value) = self.slot(key).get_or_insert_with(|| (key, make()));
         value
     }
 

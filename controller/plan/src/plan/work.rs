@@ -123,10 +123,10 @@ pub enum Work {
     },
 }
 
-impl Work {
-    /// The process that it is done in; none for what concerns two, or none.
-    pub fn manager(&self) -> Option<&ManagerKey> {
-        match self {
+/// The process of a piece of work, borrowed as the work is.
+macro_rules! manager {
+    ($work:expr) => {
+        match $work {
             Work::Install { .. } | Work::Connect { .. } => None,
             Work::StartManager { manager }
             | Work::LoadModule { manager, .. }
@@ -140,24 +140,18 @@ impl Work {
             | Work::Delete { manager, .. }
             | Work::StopManager { manager, .. } => Some(manager),
         }
+    };
+}
+
+impl Work {
+    /// The process that it is done in; none for what concerns two, or none.
+    pub fn manager(&self) -> Option<&ManagerKey> {
+        manager!(self)
     }
 
     /// The same, to change it.
     pub fn manager_mut(&mut self) -> Option<&mut ManagerKey> {
-        match self {
-            Work::Install { .. } | Work::Connect { .. } => None,
-            Work::StartManager { manager }
-            | Work::LoadModule { manager, .. }
-            | Work::UnloadModule { manager, .. }
-            | Work::Create { manager, .. }
-            | Work::Configure { manager, .. }
-            | Work::Activate { manager, .. }
-            | Work::Deactivate { manager, .. }
-            | Work::Reset { manager, .. }
-            | Work::Disconnect { manager, .. }
-            | Work::Delete { manager, .. }
-            | Work::StopManager { manager, .. } => Some(manager),
-        }
+        manager!(self)
     }
 
     /// Name of the kind, as in JSON.
