@@ -255,6 +255,7 @@ async fn load(manager: &Manager, type_name: &str, path: String) -> Result<Module
     let request = RequestBody::LoadModule {
         type_name: type_name.to_owned(),
         path,
+        digest: None,
     };
     match manager.link.call(request, LIMIT).await.map_err(link)? {
         ResponseBody::Module(module) => Ok(module),

@@ -180,6 +180,7 @@ impl Manager {
                 responsive: true,
                 inventory: ManagerInventory {
                     modules: Default::default(),
+                    opened: Default::default(),
                     components: Vec::new(),
                 },
                 deleted: BTreeSet::new(),

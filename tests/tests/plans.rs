@@ -172,3 +172,35 @@ fn a_wait_that_runs_out_fails_the_one_who_waits() {
     assert!(events.contains("200 ms"), "{events}");
     stack.leaves_nothing();
 }
+
+#[test]
+fn a_mended_module_gets_a_new_process_also_when_its_component_never_came_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let module = folder.path().join("libfaulty.so");
+    let original = std::fs::read(rts_tests::programs().join("libfaulty.so")).expect("the module");
+    std::fs::write(&module, &original).expect("a copy");
+    let stack = Stack::with_modules(folder.path());
+    let profile = |mode: &str| {
+        Profile::new("lab")
+            .component("camera", "Faulty")
+            .parameter("mode", mode)
+            .component("light", "Printer")
+    };
+    let file = write(&stack, "lab.xml", &profile("fail_initialize"));
+    stack.expect(5, &["apply", &file]);
+    let before = stack.witness().of("light").pid;
+    // Another file, as a compiler writes it: what lies behind an ELF's end is not loaded.
+    let mended = folder.path().join("mended");
+    std::fs::write(&mended, [original.as_slice(), b"mended"].concat()).expect("a new file");
+    std::fs::rename(&mended, &module).expect("in its place");
+    let file = write(&stack, "mended.xml", &profile("none"));
+    let plan = stack.expect(0, &["plan", &file]).out;
+    assert!(plan.contains("the module file of Faulty changed"), "{plan}");
+    stack.expect(0, &["apply", &file]);
+    assert_ne!(stack.witness().of("light").pid, before);
+    assert_eq!(
+        stack.named("components", "camera")["status"]["state"],
+        "Active"
+    );
+    stack.leaves_nothing();
+}

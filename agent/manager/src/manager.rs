@@ -34,6 +34,8 @@ pub struct Manager {
     pub hello: Hello,
     /// Modules that are open, by type.
     pub modules: Mutex<BTreeMap<String, Arc<Module>>>,
+    /// Type name → digest of the file that was opened for it, as far as it was told; never forgotten.
+    pub opened: Mutex<BTreeMap<String, String>>,
     /// Modules are opened one at a time.
     pub loading: Arc<Loading>,
     /// In-port ends.
@@ -63,6 +65,7 @@ impl Manager {
         Self {
             hello,
             modules: Mutex::default(),
+            opened: Mutex::default(),
             loading: Arc::default(),
             bindings: Bindings::default(),
             events: Events::default(),

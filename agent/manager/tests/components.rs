@@ -89,6 +89,7 @@ fn what_makes_no_sense_is_refused_and_says_why() {
     let (code, message) = refuse(RequestBody::LoadModule {
         type_name: "X".to_owned(),
         path: "/nowhere/libx.so".to_owned(),
+        digest: None,
     });
     assert_eq!(code, FailureCode::LoadFailed);
     assert!(message.contains("No such file"), "{message}");
@@ -99,6 +100,7 @@ fn what_makes_no_sense_is_refused_and_says_why() {
     let (code, message) = refuse(RequestBody::LoadModule {
         type_name: "Other".to_owned(),
         path: path.clone(),
+        digest: None,
     });
     assert_eq!(code, FailureCode::LoadFailed);
     assert!(

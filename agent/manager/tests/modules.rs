@@ -48,6 +48,7 @@ fn another_file_at_the_path_of_a_module_is_refused_instead_of_giving_its_old_cod
     let load = || RequestBody::LoadModule {
         type_name: "Testmod".to_owned(),
         path: path.display().to_string(),
+        digest: None,
     };
     let unload = || RequestBody::UnloadModule {
         type_name: "Testmod".to_owned(),

@@ -27,6 +27,7 @@ pub(super) async fn load(
     let request = RequestBody::LoadModule {
         type_name: type_name.to_owned(),
         path: module.path,
+        digest: Some(module.digest),
     };
     manager.link.call(request, verb.limit).await?;
     Ok(())

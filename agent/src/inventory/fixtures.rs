@@ -46,6 +46,7 @@ pub(super) fn view(components: Vec<ComponentInfo>) -> View {
         silent: None,
         inventory: ManagerInventory {
             modules: Default::default(),
+            opened: Default::default(),
             components,
         },
     }

@@ -81,6 +81,7 @@ fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObser
         responsive: view.responsive,
         expired,
         modules: view.inventory.modules,
+        opened: view.inventory.opened,
         components,
     }
 }

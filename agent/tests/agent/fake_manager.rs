@@ -165,7 +165,9 @@ impl Fake {
             components,
         } = &mut *contents;
         match body {
-            RequestBody::LoadModule { type_name, path } => {
+            RequestBody::LoadModule {
+                type_name, path, ..
+            } => {
                 modules.insert(type_name.clone(), path.clone());
                 return Ok(ResponseBody::Module(module(&type_name, &path)));
             }
@@ -330,6 +332,7 @@ impl Fake {
                 }
                 return Ok(ResponseBody::Inventory(ManagerInventory {
                     modules: modules.keys().cloned().collect(),
+                    opened: Default::default(),
                     components: components.values().cloned().collect(),
                 }));
             }

@@ -163,22 +163,8 @@ impl<'a> Decider<'_, 'a> {
             let reason = format!("execution kind changed from {from:?} to {kind:?}");
             return self.make(want, Make { old, reason });
         }
-        // A module stays mapped in its process, so that a new file needs a new process.
-        let manager = target::manager(want.key);
-        if let Some(why) = self.blocked.get(&target::on(want.node, &manager)) {
-            return self.hold(want.id(), format!("{manager} is blocked: {why}"));
-        }
         let reason = format!("the module file of {} changed", spec.type_name);
-        self.make(
-            want,
-            Make {
-                old,
-                reason: reason.clone(),
-            },
-        );
-        if self.out.makes.contains_key(&want.id()) {
-            self.restarts.or_insert_with(want.seat(), || reason);
-        }
+        self.replace_process(want, Make { old, reason });
     }
 
     /// Leaves whatever there is of a component alone, unless its process stops anyway.
@@ -194,11 +180,39 @@ impl<'a> Decider<'_, 'a> {
     }
 
     fn make(&mut self, want: &Want<'a>, make: Make) {
+        if self.has_old_code(want) {
+            return self.replace_process(want, make);
+        }
+        self.make_there(want, make);
+    }
+
+    fn make_there(&mut self, want: &Want<'a>, make: Make) {
         match self.obstacle(want) {
             Some(problem) => self.hold(want.id(), problem),
             None => {
                 self.out.makes.insert(want.id(), make);
             }
+        }
+    }
+
+    /// True when its process has opened another file for its type: for a component that is gone, or that never came up.
+    fn has_old_code(&self, want: &Want<'a>) -> bool {
+        let process = self.facts.processes.get(&want.seat());
+        let opened = process.and_then(|m| m.opened.get(&want.placed.spec.type_name));
+        let wanted = want.placed.module_digest.as_ref();
+        matches!((opened, wanted), (Some(opened), Some(wanted)) if opened != wanted)
+    }
+
+    /// A module stays mapped in its process, so that a new file needs a new process.
+    fn replace_process(&mut self, want: &Want<'a>, make: Make) {
+        let manager = target::manager(want.key);
+        if let Some(why) = self.blocked.get(&target::on(want.node, &manager)) {
+            return self.hold(want.id(), format!("{manager} is blocked: {why}"));
+        }
+        self.make_there(want, make);
+        if self.out.makes.contains_key(&want.id()) {
+            let reason = format!("the module file of {} changed", want.placed.spec.type_name);
+            self.restarts.or_insert_with(want.seat(), || reason);
         }
     }
 

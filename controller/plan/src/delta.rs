@@ -87,6 +87,7 @@ mod tests {
             responsive,
             expired: expired.then(|| "hangs".to_owned()),
             modules: Default::default(),
+            opened: Default::default(),
             components: Vec::new(),
         })
     }
@@ -155,6 +156,7 @@ mod tests {
             responsive: true,
             expired: None,
             modules: Default::default(),
+            opened: Default::default(),
             components: Vec::new(),
         };
         let inventory = |revision, managers| Inventory {

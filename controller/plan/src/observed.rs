@@ -83,6 +83,10 @@ pub struct ManagerObserved {
     pub expired: Option<String>,
     /// Type names of loaded modules.
     pub modules: BTreeSet<String>,
+    /// Type name → SHA-256 of the module file that it opened, as far as it knows; also of modules that it forgot since,
+    /// whose code stays mapped all the same.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub opened: BTreeMap<String, String>,
     /// Components that it holds.
     pub components: Vec<ComponentObserved>,
 }

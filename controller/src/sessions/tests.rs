@@ -58,6 +58,7 @@ fn inventory(revision: u64) -> Inventory {
         responsive: true,
         expired: None,
         modules: Default::default(),
+        opened: Default::default(),
         components: Vec::new(),
     };
     let first = revision.saturating_sub(2);

@@ -135,6 +135,7 @@ fn change(state: &mut State, step: &Step) {
             responsive: true,
             expired: None,
             modules: BTreeSet::new(),
+            opened: Default::default(),
             components: Vec::new(),
         }),
         Work::LoadModule {

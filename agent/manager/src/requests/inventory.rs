@@ -25,6 +25,7 @@ pub fn inventory(manager: &Manager) -> ResponseBody {
     });
     ResponseBody::Inventory(ManagerInventory {
         modules: lock(&manager.modules).keys().cloned().collect(),
+        opened: lock(&manager.opened).clone(),
         components: components.collect(),
     })
 }

@@ -20,6 +20,7 @@ pub fn load(
     manager: &Arc<Manager>,
     type_name: &str,
     path: &str,
+    digest: Option<String>,
     deadline: Instant,
 ) -> Result<ResponseBody, Failure> {
     if let Some(module) = loaded(manager, type_name, path)? {
@@ -39,6 +40,9 @@ pub fn load(
             (Arc::clone(manager), type_name.to_owned(), path.to_owned());
         move || {
             let module = open(&manager, &type_name, &path);
+            if let (Ok(_), Some(digest)) = (&module, digest) {
+                lock(&manager.opened).entry(type_name).or_insert(digest);
+            }
             drop(turn);
             // Nobody may wait any more; the module then stays loaded.
             let _ = reply.send(module);

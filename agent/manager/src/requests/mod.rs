@@ -26,9 +26,11 @@ pub fn handle(
         Ok(ResponseBody::Done)
     };
     match body {
-        RequestBody::LoadModule { type_name, path } => {
-            load::load(manager, &type_name, &path, deadline)
-        }
+        RequestBody::LoadModule {
+            type_name,
+            path,
+            digest,
+        } => load::load(manager, &type_name, &path, digest, deadline),
         RequestBody::UnloadModule { type_name } => load::unload(manager, &type_name),
         RequestBody::Factories => Ok(load::factories(manager)),
         RequestBody::Create(request) => create(manager, &request, deadline),

@@ -164,6 +164,7 @@ pub fn load_testmod() -> RequestBody {
     RequestBody::LoadModule {
         type_name: "Testmod".to_owned(),
         path: built("libtestmod.so").display().to_string(),
+        digest: None,
     }
 }
 

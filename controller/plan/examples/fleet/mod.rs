@@ -191,6 +191,7 @@ fn manager(system: &SystemRef, name: &str) -> ManagerObserved {
         responsive: true,
         expired: None,
         modules: Default::default(),
+        opened: Default::default(),
         components: Vec::new(),
     }
 }

@@ -138,16 +138,22 @@ impl World {
             }
             Work::StartManager { manager } => self.start(node, manager),
             Work::LoadModule {
-                manager, type_name, ..
+                manager,
+                type_name,
+                module_digest,
             } => {
                 let installed = (node.to_owned(), type_name.clone());
                 check(
                     self.installed.contains(&installed),
                     "the module is not installed",
                 )?;
-                self.manager(node, manager)?
-                    .modules
-                    .insert(type_name.clone());
+                let process = self.manager(node, manager)?;
+                process.modules.insert(type_name.clone());
+                // What was opened stays mapped.
+                let opened = process.opened.entry(type_name.clone());
+                if let Some(digest) = module_digest {
+                    opened.or_insert(digest.clone());
+                }
                 Ok(())
             }
             Work::Create { manager, .. } => self.create(step, node, manager),
@@ -272,13 +278,25 @@ impl World {
         component.execution_kind = *execution_kind;
         component.on_disconnect = *on_disconnect;
         component.rate = rate.unwrap_or(component.rate);
+        let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
         check(
             manager.modules.contains(type_name),
             "its module is not loaded",
         )?;
+        check(
+            manager.opened.get(type_name) == wanted.as_ref(),
+            "its process has other code for it",
+        )?;
         manager.components.push(component);
         Ok(())
+    }
+
+    /// The module file that a system wants for a type.
+    fn digest(&self, step: &Step, type_name: &str) -> Option<String> {
+        let mut systems = self.systems.iter();
+        let own = systems.find(|s| Some(&s.reference) == step.system.as_ref())?;
+        own.module_digests.get(type_name).cloned()
     }
 
     fn connect(&mut self, step: &Step, node: &str, placed: &PlacedConnector) -> Result<(), Broken> {

@@ -237,6 +237,7 @@ impl World {
             responsive: true,
             expired: None,
             modules: BTreeSet::new(),
+            opened: Default::default(),
             components: Vec::new(),
         }
     }

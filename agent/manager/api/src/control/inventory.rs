@@ -46,6 +46,10 @@ pub struct PortInfo {
 pub struct ManagerInventory {
     /// Type names of open modules.
     pub modules: BTreeSet<String>,
+    /// Type name → digest of the file that was opened for it, as given. Also of modules that were forgotten since: their
+    /// code stays mapped, and another file cannot take its place.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub opened: BTreeMap<String, String>,
     /// Components.
     pub components: Vec<ComponentInfo>,
 }

@@ -28,6 +28,9 @@ pub enum RequestBody {
         type_name: String,
         /// Absolute path of the shared library.
         path: String,
+        /// SHA-256 of the file, hexadecimal: kept and reported.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        digest: Option<String>,
     },
     /// Forget a module (its code stays mapped). Refused while a component uses it. Answer: `Done`.
     UnloadModule {
@@ -135,6 +138,7 @@ impl RequestBody {
                 *by_hand = None;
             }
             Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+            Self::LoadModule { digest, .. } => *digest = None,
             Self::Disconnect { by_hand, .. }
             | Self::Deactivate { by_hand, .. }
             | Self::Connect(ConnectRequest { by_hand, .. }) => *by_hand = None,
