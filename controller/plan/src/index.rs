@@ -139,6 +139,7 @@ impl<'a> Facts<'a> {
             ids: Ids::of(desired, observed),
             ..Self::default()
         };
+        facts.reserve(desired, observed);
         let seats = Seats::of(keys, desired, observed);
         facts.add_desired(desired, &seats);
         facts.add_leans();
@@ -158,6 +159,25 @@ impl<'a> Facts<'a> {
             }
         }
         facts
+    }
+
+    /// Growing step by step would copy everything again and again.
+    fn reserve(&mut self, desired: &'a Desired, observed: &Observed) {
+        let parts = || desired.nodes.values().flat_map(|spec| &spec.systems);
+        let links = parts().map(|part| part.connectors.len()).sum();
+        self.links.reserve(links);
+        self.link_ids.reserve(parts());
+        self.wants.reserve(self.ids.len());
+        self.by_id.reserve(self.ids.len());
+        let managers = observed.nodes.values().flat_map(|node| match node {
+            NodeObserved::Known(inventory) => inventory.managers.as_slice(),
+            NodeObserved::Unknown { .. } => &[],
+        });
+        let components = managers.map(|manager| manager.components.len()).sum();
+        self.lives.reserve(components);
+        self.links_end.reserve(components);
+        self.by_name.reserve(components);
+        self.by_incarnation.reserve(components);
     }
 
     fn add_desired(&mut self, desired: &'a Desired, seats: &Seats<'a>) {

@@ -51,6 +51,11 @@ impl<K: Numbered, V> Table<K, V> {
         value
     }
 
+    /// Makes room for so many numbers at once.
+    pub fn reserve(&mut self, numbers: usize) {
+        self.slots.reserve(numbers);
+    }
+
     pub fn len(&self) -> usize {
         self.len
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use crate::desired::{Desired, ManagerKey, SystemRef};
+use crate::desired::{Desired, ManagerKey, NodeSystem, SystemRef};
 use crate::observed::{NodeObserved, Observed};
 use crate::table::Numbered;
 
@@ -73,6 +73,7 @@ impl<'a> Ids<'a> {
         let mut ids = Self::default();
         for part in desired.nodes.values().flat_map(|spec| &spec.systems) {
             let own = ids.by_name.entry(&part.system.uid).or_default();
+            own.reserve(part.components.len());
             let components = part.components.iter().map(|c| c.spec.instance.as_str());
             let connectors = part.connectors.iter().map(|c| &c.spec);
             let ends = connectors.flat_map(|c| [c.source.instance.as_str(), &c.target.instance]);
@@ -106,6 +107,11 @@ impl<'a> Ids<'a> {
                 next += 1;
             }
         }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.by_name.values().map(FxHashMap::len).sum()
     }
 
     pub fn get(&self, uid: &str, instance: &str) -> Option<Id<'a>> {
@@ -201,6 +207,14 @@ pub(super) struct LinkIds<'a> {
 }
 
 impl<'a> LinkIds<'a> {
+    /// Makes room for the connectors of these parts.
+    pub fn reserve(&mut self, parts: impl Iterator<Item = &'a NodeSystem>) {
+        for part in parts {
+            let own = self.by_name.entry(&part.system.uid).or_default();
+            own.reserve(part.connectors.len());
+        }
+    }
+
     /// The identity of a connector, with the next number when it has none.
     pub fn number(&mut self, uid: &'a str, name: &'a str) -> LinkId<'a> {
         let own = self.by_name.entry(uid).or_default();
