@@ -66,24 +66,19 @@ impl CarryOut for Shared {
 
 fn step(id: StepId, needs: &[StepId]) -> Step {
     Step {
-        id,
-        node: "local".to_owned(),
-        target: format!("component/C{id}"),
-        system: None,
         needs: needs.to_vec(),
-        after_start_of: Vec::new(),
-        after_end_of: Vec::new(),
-        limits: Vec::new(),
-        because: Vec::new(),
-        wait_ms: 0,
-        reason: String::new(),
-        work: Work::Activate {
-            manager: ManagerKey {
-                system: None,
-                name: "main".to_owned(),
+        ..Step::new(
+            id,
+            "local",
+            format!("component/C{id}"),
+            Work::Activate {
+                manager: ManagerKey {
+                    system: None,
+                    name: "main".to_owned(),
+                },
+                instance: format!("C{id}"),
             },
-            instance: format!("C{id}"),
-        },
+        )
     }
 }
 

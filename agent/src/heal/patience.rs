@@ -37,25 +37,18 @@ mod tests {
             name: "hello".to_owned(),
             uid: "u".to_owned(),
         };
-        Step {
-            id,
-            node: "local".to_owned(),
-            target: format!("component/{instance}"),
-            needs: Vec::new(),
-            after_start_of: Vec::new(),
-            after_end_of: needs.to_vec(),
-            limits: Vec::new(),
-            because: Vec::new(),
-            wait_ms,
-            reason: String::new(),
-            work: Work::Activate {
-                manager: ManagerKey {
-                    system: Some(system.clone()),
-                    name: "main".to_owned(),
-                },
-                instance: instance.to_owned(),
+        let work = Work::Activate {
+            manager: ManagerKey {
+                system: Some(system.clone()),
+                name: "main".to_owned(),
             },
+            instance: instance.to_owned(),
+        };
+        Step {
             system: Some(system),
+            after_end_of: needs.to_vec(),
+            wait_ms,
+            ..Step::new(id, "local", format!("component/{instance}"), work)
         }
     }
 

@@ -299,18 +299,10 @@ pub fn connector(
 
 pub fn step(id: StepId, needs: &[StepId], target: &str, work: Work) -> Step {
     Step {
-        id,
-        node: "local".to_owned(),
-        target: target.to_owned(),
         system: Some(system()),
         needs: needs.to_vec(),
-        after_start_of: Vec::new(),
-        after_end_of: Vec::new(),
-        limits: Vec::new(),
-        because: Vec::new(),
-        wait_ms: 0,
         reason: "test".to_owned(),
-        work,
+        ..Step::new(id, "local", target, work)
     }
 }
 

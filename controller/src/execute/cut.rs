@@ -58,23 +58,15 @@ mod tests {
     use super::*;
 
     fn step(id: StepId, node: &str) -> Step {
-        Step {
+        Step::new(
             id,
-            node: node.into(),
-            target: format!("package/T{id}@{node}"),
-            system: None,
-            needs: Vec::new(),
-            after_start_of: Vec::new(),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
-            wait_ms: 0,
-            reason: String::new(),
-            work: Work::Install {
+            node,
+            format!("package/T{id}@{node}"),
+            Work::Install {
                 type_name: format!("T{id}"),
                 module_digest: None,
             },
-        }
+        )
     }
 
     #[test]

@@ -69,21 +69,16 @@ mod tests {
             name: "main".into(),
         };
         Step {
-            id,
-            node: "local".into(),
-            target: format!("component/{instance}"),
-            system: None,
-            needs: Vec::new(),
-            after_start_of: Vec::new(),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
             wait_ms,
-            reason: String::new(),
-            work: Work::Activate {
-                manager,
-                instance: instance.into(),
-            },
+            ..Step::new(
+                id,
+                "local",
+                format!("component/{instance}"),
+                Work::Activate {
+                    manager,
+                    instance: instance.into(),
+                },
+            )
         }
     }
 

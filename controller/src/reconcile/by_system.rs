@@ -62,24 +62,20 @@ mod tests {
 
     fn step(id: StepId, system: &str, needs: &[StepId]) -> Step {
         Step {
-            id,
-            node: "local".into(),
-            target: format!("package/T{id}@local"),
             system: Some(SystemRef {
                 name: system.into(),
                 uid: system.into(),
             }),
             needs: needs.to_vec(),
-            after_start_of: Vec::new(),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
-            wait_ms: 0,
-            reason: String::new(),
-            work: Work::Install {
-                type_name: format!("T{id}"),
-                module_digest: None,
-            },
+            ..Step::new(
+                id,
+                "local",
+                format!("package/T{id}@local"),
+                Work::Install {
+                    type_name: format!("T{id}"),
+                    module_digest: None,
+                },
+            )
         }
     }
 

@@ -102,22 +102,15 @@ mod tests {
             name: manager.into(),
         };
         let instance = target.to_owned();
+        let work = match target.starts_with("manager/") {
+            true => Work::StartManager { manager },
+            false => Work::Activate { manager, instance },
+        };
         Step {
-            id,
-            node: "local".into(),
-            target: target.into(),
             system: Some(system),
             needs: needs.to_vec(),
             after_start_of: after.to_vec(),
-            after_end_of: Vec::new(),
-            limits: Vec::new(),
-            because: Vec::new(),
-            wait_ms: 0,
-            reason: String::new(),
-            work: match target.starts_with("manager/") {
-                true => Work::StartManager { manager },
-                false => Work::Activate { manager, instance },
-            },
+            ..Step::new(id, "local", target, work)
         }
     }
 

@@ -7,18 +7,9 @@ use rts_plan::plan::{Action, Change, Plan, Step, Work};
 /// A plan of two steps with a wait.
 pub fn result() -> PlanResult {
     let step = |id: u32, needs: &[u32], target: &str, work| Step {
-        id,
-        node: "local".to_owned(),
-        target: target.to_owned(),
-        system: None,
         needs: needs.to_vec(),
-        after_start_of: Vec::new(),
-        after_end_of: Vec::new(),
-        limits: Vec::new(),
-        because: Vec::new(),
-        wait_ms: 0,
         reason: "is not there yet".to_owned(),
-        work,
+        ..Step::new(id, "local", target, work)
     };
     let manager = ManagerKey {
         system: None,

@@ -51,6 +51,24 @@ pub struct Step {
 }
 
 impl Step {
+    /// A step of no system that comes after nothing.
+    pub fn new(id: StepId, node: impl Into<String>, target: impl Into<String>, work: Work) -> Self {
+        Self {
+            id,
+            node: node.into(),
+            target: target.into(),
+            system: None,
+            needs: Vec::new(),
+            after_start_of: Vec::new(),
+            after_end_of: Vec::new(),
+            limits: Vec::new(),
+            wait_ms: 0,
+            reason: String::new(),
+            because: Vec::new(),
+            work,
+        }
+    }
+
     /// All steps that stand before it, in whatever way; one may occur twice.
     pub fn before(&self) -> impl Iterator<Item = StepId> + '_ {
         let all = self.needs.iter().chain(&self.after_start_of);

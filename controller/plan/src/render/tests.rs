@@ -83,18 +83,9 @@ fn key() -> ManagerKey {
 
 fn step(id: StepId, target: &str, work: Work) -> Step {
     Step {
-        id,
-        node: "local".to_owned(),
-        target: target.to_owned(),
         system: key().system,
-        needs: Vec::new(),
-        after_start_of: Vec::new(),
-        after_end_of: Vec::new(),
-        limits: Vec::new(),
-        wait_ms: 0,
         reason: "is not there yet".to_owned(),
-        because: Vec::new(),
-        work,
+        ..Step::new(id, "local", target, work)
     }
 }
 
