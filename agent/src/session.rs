@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::PROTOCOL_VERSION;
-use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionClient, SessionGreeting};
+use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionApi, SessionClient, SessionGreeting};
 use rts_http::client::{Client, ClientError};
 use rts_plan::delta::InventoryDelta;
 use rts_plan::observed::Inventory;

@@ -6,7 +6,6 @@
 mod admit;
 mod api;
 mod apply;
-pub mod clock;
 mod core;
 mod execute;
 mod export;
@@ -27,6 +26,8 @@ mod run;
 mod sessions;
 pub mod store;
 mod view;
+
+pub use rts_host::clock;
 
 pub use self::api::{openapi, router};
 pub use self::apply::{apply, delete, delete_but};

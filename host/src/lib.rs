@@ -2,6 +2,8 @@
 //! processes that are known by more than a number, and control groups that hold all that a process started.
 
 pub mod cgroup;
+pub mod clock;
+pub mod disk;
 pub mod files;
 pub mod home;
 pub mod identity;

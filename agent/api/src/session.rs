@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use futures_util::future::BoxFuture;
 use reqwest::Method;
 use rts_http::client::{Client, ClientError, segment};
 use rts_plan::delta::InventoryDelta;
@@ -83,6 +84,21 @@ pub struct AgentEvent {
     pub message: String,
 }
 
+/// What an agent tells its controller. A simulation implements it too.
+pub trait SessionApi: Send + Sync + 'static {
+    /// Greets.
+    fn greet<'a>(
+        &'a self,
+        greeting: &'a SessionGreeting,
+    ) -> BoxFuture<'a, Result<SessionReply, ClientError>>;
+    /// Sends a heartbeat.
+    fn heartbeat<'a>(
+        &'a self,
+        session: &'a str,
+        heartbeat: &'a Heartbeat,
+    ) -> BoxFuture<'a, Result<(), ClientError>>;
+}
+
 /// The agent's side of a session.
 #[derive(Debug, Clone)]
 pub struct SessionClient {
@@ -98,19 +114,26 @@ impl SessionClient {
             node: node.into(),
         }
     }
+}
 
-    /// Greets.
-    pub async fn greet(&self, greeting: &SessionGreeting) -> Result<SessionReply, ClientError> {
+impl SessionApi for SessionClient {
+    fn greet<'a>(
+        &'a self,
+        greeting: &'a SessionGreeting,
+    ) -> BoxFuture<'a, Result<SessionReply, ClientError>> {
         let path = SESSIONS.replace("{node}", &segment(&self.node));
-        self.http.send(Method::POST, &path, greeting).await
+        Box::pin(async move { self.http.send(Method::POST, &path, greeting).await })
     }
 
-    /// Sends a heartbeat.
-    pub async fn heartbeat(&self, session: &str, heartbeat: &Heartbeat) -> Result<(), ClientError> {
+    fn heartbeat<'a>(
+        &'a self,
+        session: &'a str,
+        heartbeat: &'a Heartbeat,
+    ) -> BoxFuture<'a, Result<(), ClientError>> {
         let path = HEARTBEATS
             .replace("{node}", &segment(&self.node))
             .replace("{session}", &segment(session));
         let request = self.http.request(Method::POST, &path).json(heartbeat);
-        self.http.text(request).await.map(drop)
+        Box::pin(async move { self.http.text(request).await.map(drop) })
     }
 }

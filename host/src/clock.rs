@@ -1,9 +1,9 @@
-//! Wall time and chance as inputs, so that a simulation can pass its own. Deadlines use tokio's clock, which a test can pause.
+//! Wall time and chance as inputs, so that a simulation can pass its own. Deadlines use tokio's clock, which can be paused.
 
 use jiff::Timestamp;
 use rand::Rng as _;
 
-/// Wall-clock time; for display only.
+/// Wall-clock time; for display, and for what must be told across a restart.
 pub trait Clock: Send + Sync + 'static {
     /// Now.
     fn now(&self) -> Timestamp;
