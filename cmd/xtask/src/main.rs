@@ -1,10 +1,12 @@
-//! Chores of the project: `cargo xtask demo`, `test`, `bench`, `fuzz`.
+//! Chores of the project: `cargo xtask demo`, `test`, `bench`, `simulate`, `chaos`, `fuzz`, `mutants`.
 
 mod bench;
+mod chaos;
 mod demo;
 mod fuzz;
 mod mutants;
 mod project;
+mod simulate;
 mod suites;
 mod tools;
 
@@ -27,6 +29,10 @@ enum Chore {
     Test(suites::Args),
     /// Measures; nothing is asserted.
     Bench(bench::Args),
+    /// Runs controller and agents in simulated time against random faults; a seed replays exactly.
+    Simulate(simulate::Args),
+    /// Breaks real processes at random, and checks from outside that nothing else suffers.
+    Chaos(chaos::Args),
     /// Fuzzes every parser and decoder.
     Fuzz(fuzz::Args),
     /// Breaks one rule after the other in a copy of the sources, and requires that a test notices.
@@ -38,6 +44,8 @@ fn main() -> ExitCode {
         Chore::Demo(args) => demo::run(&args),
         Chore::Test(args) => suites::run(&args),
         Chore::Bench(args) => bench::run(&args),
+        Chore::Simulate(args) => simulate::run(&args),
+        Chore::Chaos(args) => chaos::run(&args),
         Chore::Fuzz(args) => fuzz::run(&args),
         Chore::Mutants(args) => mutants::run(&args),
     };

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 
-use crate::{fuzz, mutants, project, tools};
+use crate::{chaos, fuzz, mutants, project, simulate, tools};
 
 /// Arguments of `cargo xtask test`.
 #[derive(Debug, clap::Args)]
@@ -24,7 +24,7 @@ struct Budget {
 
 type Suite = (&'static str, fn() -> Result<()>);
 
-const SUITES: [Suite; 10] = [
+const SUITES: [Suite; 12] = [
     ("packages", tools::packages),
     ("tools", install_tools),
     ("fmt", fmt),
@@ -32,6 +32,8 @@ const SUITES: [Suite; 10] = [
     ("clippy", clippy),
     ("deny", deny),
     ("tests", tests),
+    ("simulate", simulate::short),
+    ("chaos", chaos::short),
     ("docs", docs),
     ("mutants", mutants::short),
     ("fuzz", fuzz::short),

@@ -1,0 +1,57 @@
+//! `cargo xtask simulate`: random schedules of faults against the real controller and agents, in simulated time.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::project;
+
+/// Seeds that the tests run.
+const SHORT: u64 = 2000;
+
+/// Arguments of `cargo xtask simulate`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Number of seeds.
+    #[arg(long, default_value_t = 10_000)]
+    seeds: u64,
+    /// The first of them.
+    #[arg(long, default_value_t = 0)]
+    start: u64,
+    /// Only this one, with all that happens in it.
+    #[arg(long, conflicts_with_all = ["seeds", "start"])]
+    seed: Option<u64>,
+    /// Handed on to the simulation (`-- --help` shows what it takes).
+    #[arg(last = true)]
+    more: Vec<String>,
+}
+
+/// Runs the seeds.
+pub fn run(args: &Args) -> Result<()> {
+    let mut command = program();
+    match args.seed {
+        Some(seed) => command.args(["--trace", "--seed"]).arg(seed.to_string()),
+        None => command
+            .args(["--seeds", &args.seeds.to_string()])
+            .args(["--start", &args.start.to_string()]),
+    };
+    project::run(command.args(&args.more))
+}
+
+/// The part that the tests run.
+pub fn short() -> Result<()> {
+    let (seeds, start, seed, more) = (SHORT, 0, None, Vec::new());
+    run(&Args {
+        seeds,
+        start,
+        seed,
+        more,
+    })
+}
+
+fn program() -> Command {
+    let mut command = project::cargo();
+    command.args(["run", "--quiet", "--locked", "-p", "rts-simulation"]);
+    command.args(["--bin", "simulate", "--"]);
+    command
+}
