@@ -14,9 +14,9 @@ use crate::config::Config;
 use crate::events::{Events, lock};
 use crate::folders::{FolderError, Folders};
 use crate::heal::{BackOff, Lease};
+use crate::inputs::Inputs;
 use crate::inventory::Keeper;
-use crate::launch::Launcher;
-use crate::ledger::{Fence, FileStore, Ledger, LedgerError, Sealed};
+use crate::ledger::{Fence, Ledger, LedgerError, Sealed};
 use crate::managers::Managers;
 use crate::modules::Modules;
 use crate::policies::Policies;
@@ -61,7 +61,7 @@ pub(crate) struct Agent {
     pub ledger: Mutex<Ledger>,
     /// Those of the ledger's spec.
     policies: std::sync::Mutex<Arc<Policies>>,
-    pub launcher: Arc<dyn Launcher>,
+    pub inputs: Inputs,
     pub managers: Managers,
     pub modules: Modules,
     pub inventory: Keeper,
@@ -83,15 +83,13 @@ pub(crate) struct Agent {
 }
 
 impl Agent {
-    /// Reads the ledger. The caller holds the lock of the node: nobody else writes there.
-    pub fn new(
-        config: Config,
-        folders: Folders,
-        launcher: Arc<dyn Launcher>,
-    ) -> Result<Self, StartError> {
-        let store = Arc::new(FileStore::new(&folders.state));
-        let ledger = Ledger::load(&config.node, store)?;
-        let mut restarts = Restarts::load(&folders.state)?;
+    /// Reads the ledger. The machine is this agent's alone: nobody else writes there.
+    pub async fn new(config: Config, inputs: Inputs) -> Result<Self, StartError> {
+        let folders = Folders::new(&config.home, &config.node)?;
+        let (disk, machine) = (&inputs.disk, &inputs.machine);
+        let ledger = Ledger::load(&config.node, &folders.state, disk.clone()).await?;
+        let boot_id = machine.boot_id();
+        let mut restarts = Restarts::load(disk.clone(), &folders.state, boot_id).await?;
         let mut policies = Policies::default();
         if let Some(sealed) = ledger.sealed() {
             let spec = &sealed.envelope().spec;
@@ -99,12 +97,11 @@ impl Agent {
             restarts.keep(spec, &policies);
         }
         Ok(Self {
-            session: uuid::Uuid::new_v4().to_string(),
+            session: inputs.chance.uuid(),
             ledger: Mutex::new(ledger),
             policies: std::sync::Mutex::new(Arc::new(policies)),
-            launcher,
             managers: Managers::default(),
-            modules: Modules::new(&config.module_path, &config.manager_program),
+            modules: Modules::new(machine.clone()),
             inventory: Keeper::new(&config.node),
             restarts,
             batches: Batches::default(),
@@ -117,6 +114,7 @@ impl Agent {
             turns: Turns::default(),
             config,
             folders,
+            inputs,
         })
     }
 
@@ -164,6 +162,13 @@ impl Agent {
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
         Ok(receipt)
+    }
+
+    /// What the ledger holds.
+    pub async fn node_spec(&self) -> Result<Sealed, Problem> {
+        let ledger = self.ledger.lock().await;
+        let held = ledger.sealed().cloned();
+        held.ok_or_else(|| Problem::not_found("this node was told nothing yet"))
     }
 
     /// The policies of the ledger's spec.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use bytes::Bytes;
-use futures_util::{Stream, stream};
+use futures_util::{Stream, StreamExt, stream};
 use rts_agent_api::messages::{Batch, BatchEvent, GateReport};
 use rts_http::problem::Problem;
 use tokio::sync::{mpsc, watch};
@@ -73,21 +73,26 @@ impl Entry {
         lock(&self.events).clone()
     }
 
-    /// The results from the first on, as JSON Lines, until the batch has ended.
-    pub fn lines(self: Arc<Self>) -> impl Stream<Item = Result<Bytes, serde_json::Error>> {
+    /// The results from the first on, until the batch has ended.
+    pub fn stream(self: Arc<Self>) -> impl Stream<Item = BatchEvent> + Send + use<> {
         let grown = self.grown.subscribe();
-        stream::try_unfold((self, grown, 0), |(entry, mut grown, next)| async move {
+        stream::unfold((self, grown, 0), |(entry, mut grown, next)| async move {
             if next > 0 && lock(&entry.events).get(next - 1) == Some(&BatchEvent::End) {
-                return Ok(None);
+                return None;
             }
             // The sender lives as long as the entry.
             let _ = grown.wait_for(|count| *count > next).await;
-            let Some(event) = lock(&entry.events).get(next).cloned() else {
-                return Ok(None);
-            };
+            let event = lock(&entry.events).get(next).cloned()?;
+            Some((event, (entry, grown, next + 1)))
+        })
+    }
+
+    /// The same as JSON Lines.
+    pub fn lines(self: Arc<Self>) -> impl Stream<Item = Result<Bytes, serde_json::Error>> {
+        self.stream().map(|event| {
             let mut line = serde_json::to_vec(&event)?;
             line.push(b'\n');
-            Ok(Some((Bytes::from(line), (entry, grown, next + 1))))
+            Ok(Bytes::from(line))
         })
     }
 }

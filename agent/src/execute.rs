@@ -115,12 +115,14 @@ impl Runner<'_> {
             let alarm = self.alarm();
             let expired = self.end <= Instant::now();
             tokio::select! {
-                Some(joined) = self.running.join_next_with_id() => self.joined(joined),
+                // What has ended, and any time that is over, is looked at above each time.
+                biased;
                 word = words.recv(), if talking => match word {
                     Some(Word::Gates(report)) => self.gates(&report),
                     Some(Word::Cancel(reason)) => self.cancel(&reason),
                     None => talking = false,
                 },
+                Some(joined) = self.running.join_next_with_id() => self.joined(joined),
                 () = sleep_until(alarm), if !expired => {}
             }
         }

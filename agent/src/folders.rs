@@ -3,7 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use rts_host::cgroup::{Cgroups, Choice};
 use rts_http::server::MAX_SOCKET_PATH;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::ManagerKey;
@@ -19,6 +18,8 @@ const ID_DIGITS: usize = 8;
 /// The folders of one node.
 #[derive(Debug, Clone)]
 pub(crate) struct Folders {
+    /// `RTSCTL_HOME`.
+    pub home: PathBuf,
     /// `run/<node>`.
     pub run: PathBuf,
     /// `state/<node>`.
@@ -27,8 +28,6 @@ pub(crate) struct Folders {
     pub component_logs: PathBuf,
     /// `logs/<node>/managers`.
     pub manager_logs: PathBuf,
-    /// The control groups of the home.
-    pub cgroups: Cgroups,
     node: String,
 }
 
@@ -79,14 +78,14 @@ impl Folders {
             state: home.join("state").join(node),
             component_logs: logs.join("components"),
             manager_logs: logs.join("managers"),
-            cgroups: Cgroups::of(&home, Choice::from_env()),
             node: node.to_owned(),
+            home,
         };
         let socket = folders.run.join("0".repeat(ID_DIGITS)).join(CONTROL_SOCKET);
         let length = socket.as_os_str().len();
         if length > MAX_SOCKET_PATH {
             return Err(FolderError::TooLong {
-                home,
+                home: folders.home,
                 socket: socket.display().to_string(),
                 length,
             });
@@ -96,9 +95,7 @@ impl Folders {
 
     /// Makes the folders, mode 0700.
     pub fn make(&self) -> Result<(), FolderError> {
-        if let Some(home) = self.run.ancestors().nth(2) {
-            rts_host::home::claim(home)?;
-        }
+        rts_host::home::claim(&self.home)?;
         let failed = |folder: &PathBuf| {
             let folder = folder.clone();
             move |source| FolderError::Make { folder, source }
@@ -112,6 +109,11 @@ impl Folders {
     /// Socket of the agent.
     pub fn agent_socket(&self) -> PathBuf {
         self.run.join("agent.sock")
+    }
+
+    /// Describes the agent's process.
+    pub fn description(&self) -> PathBuf {
+        self.run.join("agent.json")
     }
 
     /// Run folder of a manager.

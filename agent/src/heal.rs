@@ -64,8 +64,8 @@ async fn heal(agent: &Arc<Agent>, after: Duration) {
     }
     agent.events.push(told(agent, steps.len()));
     let deadline = DEADLINE + patience(&steps, &agent.policies());
-    let batch = batch(&spec, steps, deadline.min(MAX_DEADLINE));
-    let plan_id = batch.plan_id.clone();
+    let plan_id = format!("heal-{}", agent.inputs.chance.uuid());
+    let batch = batch(&spec, plan_id.clone(), steps, deadline.min(MAX_DEADLINE));
     let targets = targets(&batch.steps);
     let entry = match agent.submit(batch).await {
         Ok(entry) => entry,
@@ -76,6 +76,7 @@ async fn heal(agent: &Arc<Agent>, after: Duration) {
         }
     };
     tokio::select! {
+        biased;
         () = entry.over() => {}
         _ = signs.changed() => {
             let reason = "a controller is there again; it decides";
@@ -99,9 +100,9 @@ fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<St
     plan(&desired, &observed, &blocked).steps
 }
 
-fn batch(spec: &NodeSpecEnvelope, steps: Vec<Step>, deadline: Duration) -> Batch {
+fn batch(spec: &NodeSpecEnvelope, plan_id: String, steps: Vec<Step>, deadline: Duration) -> Batch {
     Batch {
-        plan_id: format!("heal-{}", uuid::Uuid::new_v4()),
+        plan_id,
         cluster_uid: spec.cluster_uid.clone(),
         epoch: spec.epoch,
         generation: spec.generation,
@@ -127,7 +128,7 @@ fn remember(agent: &Agent, targets: &BTreeMap<StepId, String>, results: Vec<Batc
         } = result
             && let Some(target) = targets.get(&step)
         {
-            failures.failed(target.clone(), reason);
+            failures.failed(target.clone(), reason, agent.inputs.chance.unit());
         }
     }
 }

@@ -1,16 +1,11 @@
-//! Starting a manager. A trait, so that other runtimes can be started too.
-
-mod process;
+//! What starts and ends managers, in words.
 
 use std::future::Future;
-use std::os::unix::net::UnixStream;
+use std::io;
 use std::path::PathBuf;
 use std::pin::Pin;
 
 use rts_plan::desired::ManagerKey;
-
-pub use process::ProcessLauncher;
-pub(crate) use process::environment;
 
 /// What is to be started.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,16 +44,6 @@ impl std::fmt::Display for Exit {
 /// Is done when the process has ended, and its process group was killed.
 pub type ExitFuture = Pin<Box<dyn Future<Output = Exit> + Send>>;
 
-/// A manager that was started and may not serve yet.
-pub struct Launched {
-    /// Process id, also its process group.
-    pub pid: u32,
-    /// The first control connection; its Hello is the sign of readiness.
-    pub control: UnixStream,
-    /// Its end.
-    pub exit: ExitFuture,
-}
-
 /// A start that failed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot start {what}")]
@@ -66,11 +51,25 @@ pub struct LaunchError {
     /// Program or file.
     pub what: String,
     /// Why.
-    pub source: std::io::Error,
+    pub source: io::Error,
 }
 
-/// Starts managers.
-pub trait Launcher: Send + Sync + 'static {
-    /// Starts one and returns at once. Must be called within a tokio runtime.
-    fn launch(&self, start: &Start) -> Result<Launched, LaunchError>;
+impl LaunchError {
+    /// What the manager before it started does not die.
+    pub fn ending() -> Self {
+        Self {
+            what: "a manager in the place of one that does not end".to_owned(),
+            source: io::Error::new(io::ErrorKind::ResourceBusy, Ending),
+        }
+    }
+
+    /// True for [`LaunchError::ending`].
+    pub fn is_ending(&self) -> bool {
+        self.source.get_ref().is_some_and(|e| e.is::<Ending>())
+    }
 }
+
+/// Somebody does not die.
+#[derive(Debug, thiserror::Error)]
+#[error("what it started does not die; look at it with `ps`")]
+struct Ending;

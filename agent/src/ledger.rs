@@ -6,9 +6,11 @@ mod sealed;
 mod tests;
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rts_agent_api::messages::{NodeSpecEnvelope, NodeSpecReceipt};
+use rts_host::disk::{Disk, replace_durably};
 use rts_http::problem::Problem;
 
 pub(crate) use fence::{Fence, ledger_fence};
@@ -17,6 +19,8 @@ pub(crate) use sealed::Sealed;
 
 /// Name of the ledger's file in the state folder.
 const FILE: &str = "node-spec.json";
+/// Largest file in bytes: more than a request may have.
+const MAX_FILE: u64 = 128 * 1024 * 1024;
 
 /// A ledger that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -42,69 +46,44 @@ pub enum LedgerError {
     },
 }
 
-/// Where a ledger lies.
-pub(crate) trait Store: Send + Sync + 'static {
-    /// The last contents that were saved; none when there are none.
-    fn load(&self) -> Result<Option<Sealed>, LedgerError>;
-    /// Replaces the contents. Durable when it returns.
-    fn save(&self, sealed: &Sealed) -> io::Result<()>;
-}
-
-/// A file.
-#[derive(Debug)]
-pub(crate) struct FileStore {
-    path: PathBuf,
-}
-
-impl FileStore {
-    /// The ledger of a state folder.
-    pub fn new(state: &std::path::Path) -> Self {
-        Self {
-            path: state.join(FILE),
+/// What a disk holds; none when it was told nothing yet.
+async fn read(disk: &dyn Disk, path: &Path) -> Result<Option<Sealed>, LedgerError> {
+    let bytes = match disk.read(path, MAX_FILE).await {
+        Ok(Some(bytes)) => bytes,
+        Ok(None) => return Ok(None),
+        Err(source) => {
+            let path = path.to_owned();
+            return Err(LedgerError::Read { path, source });
         }
+    };
+    let damaged = |reason: String| LedgerError::Damaged {
+        path: path.to_owned(),
+        reason,
+    };
+    let sealed: Sealed = serde_json::from_slice(&bytes).map_err(|e| damaged(e.to_string()))?;
+    if !sealed.is_whole() {
+        return Err(damaged("its digest does not fit its contents".to_owned()));
     }
-}
-
-impl Store for FileStore {
-    fn load(&self) -> Result<Option<Sealed>, LedgerError> {
-        let bytes = match std::fs::read(&self.path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => {
-                let path = self.path.clone();
-                return Err(LedgerError::Read { path, source });
-            }
-        };
-        let damaged = |reason: String| LedgerError::Damaged {
-            path: self.path.clone(),
-            reason,
-        };
-        let sealed: Sealed = serde_json::from_slice(&bytes).map_err(|e| damaged(e.to_string()))?;
-        if !sealed.is_whole() {
-            return Err(damaged("its digest does not fit its contents".to_owned()));
-        }
-        Ok(Some(sealed))
-    }
-
-    fn save(&self, sealed: &Sealed) -> io::Result<()> {
-        rts_host::files::replace_durably(&self.path, &serde_json::to_vec_pretty(sealed)?)
-    }
+    Ok(Some(sealed))
 }
 
 /// The ledger of a running agent.
 pub(crate) struct Ledger {
     node: String,
-    store: std::sync::Arc<dyn Store>,
+    disk: Arc<dyn Disk>,
+    path: PathBuf,
     held: Option<Sealed>,
 }
 
 impl Ledger {
-    /// Reads what was accepted last.
-    pub fn load(node: &str, store: std::sync::Arc<dyn Store>) -> Result<Self, LedgerError> {
+    /// Reads what was accepted last from a state folder.
+    pub async fn load(node: &str, state: &Path, disk: Arc<dyn Disk>) -> Result<Self, LedgerError> {
+        let path = state.join(FILE);
         Ok(Self {
             node: node.to_owned(),
-            held: store.load()?,
-            store,
+            held: read(&*disk, &path).await?,
+            disk,
+            path,
         })
     }
 
@@ -130,14 +109,7 @@ impl Ledger {
         let generation = offered.envelope().generation;
         let changed = verdict == Verdict::Newer;
         if changed {
-            let store = self.store.clone();
-            let (offered, saved) = tokio::task::spawn_blocking(move || {
-                let saved = store.save(&offered);
-                (offered, saved)
-            })
-            .await
-            .map_err(|e| Problem::internal(format!("the ledger's write failed: {e}")))?;
-            saved.map_err(|e| {
+            self.save(&offered).await.map_err(|e| {
                 Problem::internal(format!("cannot save the node spec of {}: {e}", self.node))
             })?;
             self.held = Some(offered);
@@ -146,5 +118,11 @@ impl Ledger {
             generation,
             changed,
         })
+    }
+
+    /// Replaces what is on disk. Durable when it returns.
+    async fn save(&self, sealed: &Sealed) -> io::Result<()> {
+        let text = serde_json::to_vec_pretty(sealed)?;
+        replace_durably(&*self.disk, &self.path, text).await
     }
 }

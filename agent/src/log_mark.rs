@@ -56,12 +56,8 @@ impl Agent {
         if is_there {
             return;
         }
-        let (log, instance) = (request.log_path.clone(), request.instance.clone());
-        let marked = tokio::task::spawn_blocking(move || mark(log.as_ref(), &instance)).await;
-        if let Err(e) = marked.map_err(io::Error::other).flatten() {
-            // A full disk must not stop a robot.
-            tracing::warn!("cannot mark the log {}: {e}", request.log_path);
-        }
+        let log = Path::new(&request.log_path);
+        self.inputs.machine.mark_log(log, &request.instance).await;
     }
 }
 

@@ -1,7 +1,9 @@
-//! What an agent asks of the machine of its node: run folders, manager processes, modules. The real one is [`crate::launch`]
-//! and its neighbours; a simulation passes its own.
+//! What an agent asks of the machine of its node: run folders, manager processes, modules. The real one is `Host`; a
+//! simulation passes its own.
 //!
 //! Whatever a machine does for a caller that gives up, it may do or leave. Paths are only ever handed back to the machine.
+
+mod host;
 
 use std::fmt::Debug;
 use std::io;
@@ -15,6 +17,13 @@ use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::agent::StartError;
 use crate::launch::{ExitFuture, LaunchError, Start};
+
+pub(crate) use host::Host;
+
+/// How long a manager may take from its folder to its description: so long it may be nameless.
+pub const DESCRIBE: Duration = Duration::from_secs(2);
+/// How long the rest of what a manager started may take to die.
+pub const GROUP_END: Duration = Duration::from_secs(2);
 
 /// A control connection.
 pub trait Control: AsyncRead + AsyncWrite + Send + Unpin {}
@@ -101,7 +110,8 @@ pub trait Machine: Send + Sync + 'static {
     ) -> BoxFuture<'a, io::Result<()>>;
     /// Kills what managers without a run folder left behind; `living` are the run folders of those that live.
     fn bury_orphans(&self, living: Vec<PathBuf>) -> BoxFuture<'_, ()>;
-    /// Starts a manager in its run folder, which exists and is empty, and kills first what the one before left.
+    /// Starts a manager in its run folder, which exists and is empty, and kills first what the one before left; the error
+    /// [`LaunchError::ending`] when that does not die.
     fn launch<'a>(&'a self, start: &'a Start) -> BoxFuture<'a, Result<Launched, LaunchError>>;
     /// Watches a manager that was found by [`Machine::look`].
     fn find<'a>(
@@ -113,6 +123,10 @@ pub trait Machine: Send + Sync + 'static {
     fn connect<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<Box<dyn Control>>>;
     /// The last `lines` that a start wrote to its log.
     fn log_end<'a>(&'a self, start: &'a Start, from: u64, lines: usize) -> BoxFuture<'a, String>;
+    /// Marks a log in which a new incarnation begins, unless it is new.
+    fn mark_log<'a>(&'a self, _log: &'a Path, _who: &'a str) -> BoxFuture<'a, ()> {
+        Box::pin(async {})
+    }
     /// Where the module of a type is, without a description of it.
     fn resolve<'a>(&'a self, type_name: &'a str) -> BoxFuture<'a, io::Result<ModuleResolution>>;
     /// What a module says of itself; none when it says nothing.

@@ -10,11 +10,11 @@ use std::time::Duration;
 
 use rts_manager_api::control::{Changed, Failure, Hello, RequestBody, ResponseBody};
 use rts_manager_api::{OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION};
-use tokio::net::UnixStream;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, timeout};
 
+use crate::machine::{Control, Machine};
 use pending::{Call, Pending};
 use worker::Worker;
 
@@ -95,13 +95,13 @@ impl Drop for Link {
 }
 
 impl Link {
-    /// Starts a link. `first` is a connection that is open already; later ones are made to `socket`. A manager with
-    /// another incarnation is not spoken to.
+    /// Starts a link. `first` is a connection that is open already; later ones are made to the manager of a run
+    /// folder. One with another incarnation is not spoken to.
     pub fn start(
         manager: String,
         incarnation: String,
-        first: Option<UnixStream>,
-        socket: PathBuf,
+        first: Option<Box<dyn Control>>,
+        place: (Arc<dyn Machine>, PathBuf),
         on_changed: OnChanged,
     ) -> Self {
         let (calls, queue) = mpsc::channel(QUEUE);
@@ -109,7 +109,7 @@ impl Link {
         let worker = Worker {
             manager: manager.clone(),
             incarnation,
-            socket,
+            place,
             queue,
             greeted,
             pending: Pending::default(),

@@ -1,49 +1,39 @@
 //! The live managers of the node: starting them, finding them, watching their end, and stopping them.
 
 mod adopt;
-mod cgroup;
 mod end;
 mod start;
 mod stop;
-mod tenant;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
-use std::time::Duration;
 
 use rts_manager_api::control::ManagerInventory;
-use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::{ManagerKey, SystemRef};
 use tokio::sync::watch;
 
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
+use crate::machine::{Control, Family};
 use crate::manager_link::{Link, OnChanged};
-use crate::process::Family;
 
-pub(crate) use adopt::{adopt_all, adopt_round};
-pub(crate) use cgroup::bury_orphans;
+pub(crate) use adopt::{adopt_all, adopt_round, bury_orphans};
 use end::{End, Undying};
 pub(crate) use start::StartManagerError;
 pub(crate) use stop::{Patience, StopError};
-
-/// How long the rest of what a manager started may take to die.
-const GROUP_END: Duration = Duration::from_secs(2);
 
 /// The registry.
 #[derive(Debug, Default)]
 pub(crate) struct Managers {
     live: Mutex<BTreeMap<ManagerKey, Arc<Manager>>>,
     /// One lock per manager that is being started.
-    starting: Mutex<HashMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
+    starting: Mutex<BTreeMap<ManagerKey, Arc<tokio::sync::Mutex<()>>>>,
     /// Run folders of dead managers, something of which does not die.
-    undying: Mutex<HashMap<PathBuf, Undying>>,
+    undying: Mutex<BTreeMap<PathBuf, Undying>>,
     /// Held while run folders are looked at, made or removed.
     folders: tokio::sync::Mutex<()>,
-    /// That there are no control groups is said once.
-    no_cgroups: OnceLock<()>,
 }
 
 /// One start of a manager.
@@ -53,7 +43,7 @@ pub(crate) struct Manager {
     pub incarnation: String,
     pub pid: u32,
     /// Its process and what that started.
-    family: Family,
+    family: Box<dyn Family>,
     /// Wall-clock start, RFC 3339; set once it has said so.
     pub started: OnceLock<String>,
     pub folder: PathBuf,
@@ -134,33 +124,16 @@ impl Managers {
     }
 }
 
-/// Removes the run folder of a manager that is gone.
-async fn remove_folder(folder: PathBuf) {
-    let remove = move || {
-        if let Err(e) = std::fs::remove_dir_all(&folder)
-            && e.kind() != std::io::ErrorKind::NotFound
-        {
-            tracing::warn!("cannot remove {}: {e}", folder.display());
-        }
-    };
-    // It cannot panic.
-    let _ = tokio::task::spawn_blocking(remove).await;
-}
-
 /// What names one start of a manager.
 pub(crate) struct Identity {
     pub key: ManagerKey,
     pub incarnation: String,
-    pub family: Family,
+    pub family: Box<dyn Family>,
     pub folder: PathBuf,
 }
 
 impl Manager {
-    fn new(
-        agent: &Arc<Agent>,
-        identity: Identity,
-        first: Option<tokio::net::UnixStream>,
-    ) -> Arc<Self> {
+    fn new(agent: &Arc<Agent>, identity: Identity, first: Option<Box<dyn Control>>) -> Arc<Self> {
         let Identity {
             key,
             incarnation,
@@ -171,7 +144,7 @@ impl Manager {
             key.display_name(),
             incarnation.clone(),
             first,
-            folder.join(CONTROL_SOCKET),
+            (agent.inputs.machine.clone(), folder.clone()),
             on_changed(Arc::downgrade(agent), key.clone()),
         );
         Arc::new(Self {
@@ -189,7 +162,7 @@ impl Manager {
             end: watch::Sender::new(End::No),
             key,
             incarnation,
-            pid: family.leader.pid,
+            pid: family.pid(),
             family,
             started: OnceLock::new(),
             folder,

@@ -12,9 +12,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use jiff::Timestamp;
 use rts_agent_api::session::AgentEvent;
-use rts_host::identity::boot_id;
+use rts_host::disk::Disk;
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::{ManagerKey, NodeSpec, SystemRef};
 use rts_plan::observed::{Held, Inventory};
@@ -34,33 +33,38 @@ use memory::Memory;
 const GATHER: Duration = Duration::from_millis(100);
 
 /// What is remembered, in memory and on disk.
-#[derive(Debug)]
 pub(crate) struct Restarts {
     memory: Mutex<Memory>,
+    disk: Arc<dyn Disk>,
     path: PathBuf,
     boot_id: Option<String>,
     /// Number of the last change.
     changes: AtomicU64,
     /// Number of the last change that is on disk; locked while it is written.
-    saved: tokio::sync::Mutex<u64>,
+    saved: Arc<tokio::sync::Mutex<u64>>,
     /// A write is about to come.
     soon: AtomicBool,
 }
 
 impl Restarts {
     /// Reads what was remembered in a state folder.
-    pub fn load(state: &Path) -> Result<Self, StartError> {
-        let (path, boot_id) = (file::path(state), boot_id());
-        let memory = match file::load(&path, boot_id.as_deref()) {
+    pub async fn load(
+        disk: Arc<dyn Disk>,
+        state: &Path,
+        boot_id: Option<String>,
+    ) -> Result<Self, StartError> {
+        let path = file::path(state);
+        let memory = match file::load(&*disk, &path, boot_id.as_deref()).await {
             Ok(memory) => memory,
             Err(source) => return Err(StartError::File { path, source }),
         };
         Ok(Self {
             memory: Mutex::new(memory),
+            disk,
             path,
             boot_id,
             changes: AtomicU64::new(0),
-            saved: tokio::sync::Mutex::new(0),
+            saved: Arc::default(),
             soon: AtomicBool::new(false),
         })
     }
@@ -96,21 +100,25 @@ impl Restarts {
         done
     }
 
-    /// Writes what has changed. Durable when it returns; a failure is told, and the next change tries again.
+    /// Writes what has changed. Durable when it returns; a failure is told, and the next change tries again. A write goes
+    /// on when the caller gives up: no other may begin meanwhile.
     pub async fn save(&self) {
-        let mut saved = self.saved.lock().await;
+        let mut saved = self.saved.clone().lock_owned().await;
         let changes = self.changes.load(Ordering::SeqCst);
         if *saved == changes {
             return;
         }
         let components = lock(&self.memory).components();
-        let (path, boot) = (self.path.clone(), self.boot_id.clone());
-        let write = move || file::save(&path, boot.as_deref(), components);
-        let written = tokio::task::spawn_blocking(write).await;
-        match written.map_err(std::io::Error::other).flatten() {
-            Ok(()) => *saved = changes,
-            Err(e) => tracing::warn!("cannot save {}: {e}", self.path.display()),
-        }
+        let (disk, path) = (self.disk.clone(), self.path.clone());
+        let boot = self.boot_id.clone();
+        let write = tokio::spawn(async move {
+            match file::save(&*disk, &path, boot.as_deref(), components).await {
+                Ok(()) => *saved = changes,
+                Err(e) => tracing::warn!("cannot save {}: {e}", path.display()),
+            }
+        });
+        // It cannot panic.
+        let _ = write.await;
     }
 }
 
@@ -172,7 +180,7 @@ impl Agent {
     /// A manager failed: without a controller, it is not started or replaced again before its time.
     pub(crate) fn manager_failed(&self, key: &ManagerKey, why: String) {
         let target = target::on(&self.config.node, &target::manager(key));
-        lock(&self.failures).failed(target, why);
+        lock(&self.failures).failed(target, why, self.inputs.chance.unit());
     }
 
     /// The process of a manager ended by itself.
@@ -208,7 +216,7 @@ impl Agent {
     }
 
     async fn count_deaths(&self, incarnation: &str, ended: Ended) {
-        let (now, policies) = (Timestamp::now(), self.policies());
+        let (now, policies) = (self.inputs.clock.now(), self.policies());
         let held = self
             .restarts
             .change(|m| m.died(incarnation, ended, now, &policies));

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::PROTOCOL_VERSION;
-use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionApi, SessionClient, SessionGreeting};
-use rts_http::client::{Client, ClientError};
+use rts_agent_api::session::{HEARTBEAT, Heartbeat, SessionApi, SessionGreeting};
+use rts_http::client::ClientError;
 use rts_plan::delta::InventoryDelta;
 use rts_plan::observed::Inventory;
 use tokio::time::{Instant, sleep, sleep_until};
@@ -16,22 +16,11 @@ use crate::ledger::ledger_fence;
 
 /// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
-/// Bound on one request.
-const REQUEST: Duration = Duration::from_secs(1);
 /// Shortest time between two heartbeats, however much there is to tell.
 const BREATH: Duration = Duration::from_millis(50);
 
 /// Largest delta in a heartbeat, in bytes: after a larger change the controller asks for all.
 const MAX_DELTA: usize = 1024 * 1024;
-
-/// A client of the controller of this agent; none when it has no controller.
-pub(crate) fn client(agent: &Agent) -> Result<Option<SessionClient>, ClientError> {
-    let Some(socket) = &agent.config.controller_socket else {
-        return Ok(None);
-    };
-    let http = Client::unix(socket, REQUEST)?;
-    Ok(Some(SessionClient::new(http, &agent.config.node)))
-}
 
 /// Why heartbeats end.
 enum End {
@@ -42,14 +31,14 @@ enum End {
 }
 
 /// Keeps a session for as long as the agent runs, or until a newer one takes over.
-pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
+pub(crate) async fn keep(agent: Arc<Agent>, controller: Arc<dyn SessionApi>) {
     let mut reported = String::new();
     loop {
         let next = Instant::now() + RETRY;
-        match greet(&agent, &controller).await {
+        match greet(&agent, &*controller).await {
             Ok(known) => {
                 reported.clear();
-                match beat(&agent, &controller, known).await {
+                match beat(&agent, &*controller, known).await {
                     End::GreetAgain => {}
                     End::Superseded => return,
                 }
@@ -70,7 +59,7 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: SessionClient) {
 }
 
 /// Opens the session. Gives the inventory that the controller knows now.
-async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<Inventory, ClientError> {
+async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Inventory, ClientError> {
     let ledger = agent.ledger.lock().await.held().map(ledger_fence);
     let inventory = agent.observe().await;
     let greeting = SessionGreeting {
@@ -93,7 +82,7 @@ async fn greet(agent: &Arc<Agent>, controller: &SessionClient) -> Result<Invento
 }
 
 /// Sends heartbeats. `known` is the inventory that the controller knows.
-async fn beat(agent: &Agent, controller: &SessionClient, mut known: Inventory) -> End {
+async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Inventory) -> End {
     loop {
         let (mark, events) = agent.events.waiting();
         let now = agent.inventory.last();
@@ -123,6 +112,7 @@ async fn beat(agent: &Agent, controller: &SessionClient, mut known: Inventory) -
         }
         sleep(BREATH).await;
         tokio::select! {
+            biased;
             () = sleep(HEARTBEAT - BREATH) => {}
             () = agent.events.bell.notified() => {}
         }

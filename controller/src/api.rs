@@ -11,6 +11,7 @@ mod health;
 mod managers;
 mod objects;
 mod sessions;
+mod simulate;
 mod systems;
 mod watch;
 
@@ -77,6 +78,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(objects::events))
         .routes(routes!(systems::get, systems::put, systems::delete))
         .routes(routes!(systems::stored_plan, systems::plan))
+        .routes(routes!(simulate::simulate))
         .routes(routes!(export::export))
         .routes(routes!(objects::node))
         .routes(routes!(objects::component))

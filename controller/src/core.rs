@@ -10,7 +10,7 @@ use rts_plan::desired::SystemRef;
 use rts_plan::observed::Observed;
 use rts_plan::plan::{Plan, Step, StepId};
 use rts_plan::{NodeFacts, Placed, Settled, StoredSystem};
-use tokio::sync::{Notify, watch};
+use tokio::sync::{Notify, Semaphore, watch};
 
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
@@ -19,6 +19,7 @@ use crate::publish;
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
+use crate::simulator::Simulator;
 use crate::store::{
     Durable, NodeGeneration, Restored, State, Store, StoreError, SystemRecord, Write,
 };
@@ -40,6 +41,8 @@ pub struct Inputs {
     pub fleet: Arc<dyn Fleet>,
     /// What survives.
     pub store: Arc<dyn Store>,
+    /// Plays changes through.
+    pub simulator: Arc<dyn Simulator>,
 }
 
 /// The controller's state.
@@ -54,6 +57,10 @@ pub struct Core {
     pub fleet: Arc<dyn Fleet>,
     /// What survives.
     pub store: Durable,
+    /// Plays changes through.
+    pub simulator: Arc<dyn Simulator>,
+    /// One simulation at a time.
+    pub(crate) simulation: Arc<Semaphore>,
     /// Made once with the store.
     pub cluster_uid: String,
     epoch: AtomicU64,
@@ -126,12 +133,12 @@ pub struct RunState {
 }
 
 impl Core {
-    /// Loads the store. Blocks: call it before serving.
-    pub fn load(inputs: Inputs) -> Result<Arc<Self>, StoreError> {
-        let mut state = inputs.store.load()?;
+    /// Loads the store. Call it before serving.
+    pub async fn load(inputs: Inputs) -> Result<Arc<Self>, StoreError> {
+        let mut state = inputs.store.load().await?;
         let mut writes = state.number();
         writes.push(Write::Revisions(state.revisions + REVISIONS));
-        inputs.store.write(&writes)?;
+        inputs.store.write(writes).await?;
         let State {
             cluster_uid,
             epoch,
@@ -147,6 +154,8 @@ impl Core {
             rng: inputs.rng,
             fleet: inputs.fleet,
             store: Durable::new(inputs.store),
+            simulator: inputs.simulator,
+            simulation: Arc::new(Semaphore::new(1)),
             cluster_uid,
             epoch: AtomicU64::new(epoch),
             sessions: Sessions::default(),

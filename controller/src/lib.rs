@@ -24,6 +24,8 @@ mod reconcile;
 pub mod restore;
 mod run;
 mod sessions;
+mod simulate;
+pub mod simulator;
 pub mod store;
 mod view;
 

@@ -101,6 +101,7 @@ impl Reconciler {
         let tick = Instant::now() + tick;
         let until = self.core.backoff().next().map_or(tick, |at| at.min(tick));
         tokio::select! {
+            biased;
             () = self.core.wake.notified() => {}
             () = tokio::time::sleep_until(until) => {}
         }

@@ -7,9 +7,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::home::{Home, HomeError};
-use crate::store::{
-    Backup, BackupError, RedbStore, Restored, State, Store, StoreError, numbers_of,
-};
+use crate::store::{Backup, BackupError, RedbStore, Restored, State, StoreError, numbers_of};
 
 /// Why a backup was not restored. The store is as it was.
 #[derive(Debug, thiserror::Error)]

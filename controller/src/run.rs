@@ -13,7 +13,8 @@ use crate::core::{Core, Inputs};
 use crate::fleet::HttpFleet;
 use crate::home::{Home, HomeError};
 use crate::reconcile::Reconciler;
-use crate::store::{RedbStore, StoreError};
+use crate::simulator::Simulator;
+use crate::store::{OffLoop, RedbStore, StoreError};
 use crate::view::Happening;
 
 /// Time that open requests have once the program is told to end.
@@ -51,8 +52,9 @@ pub enum RunError {
 }
 
 /// Runs until SIGTERM or SIGINT. Prints one line about its readiness to stdout.
-pub fn run(config: &Config) -> Result<(), RunError> {
-    let result = start(config);
+/// `simulator` plays changes through for whoever asks.
+pub fn run(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), RunError> {
+    let result = start(config, simulator);
     if let Err(Fail::BeforeReady(error)) = &result {
         say(&serde_json::json!({"ready": false, "error": crate::chain(error)}));
     }
@@ -66,31 +68,33 @@ enum Fail {
     Later(RunError),
 }
 
-fn start(config: &Config) -> Result<(), Fail> {
+fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
     let home = Home::take(&config.home).map_err(|e| before(e.into()))?;
     let store =
         RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
-    let core = Core::load(Inputs {
+    let inputs = Inputs {
         local_node: config.local_node.clone(),
         clock: Arc::new(SystemClock),
         rng: Arc::new(SystemChance),
         fleet: Arc::new(HttpFleet),
-        store: Arc::new(store),
-    })
-    .map_err(|e| before(e.into()))?;
+        store: Arc::new(OffLoop::new(store)),
+        simulator,
+    };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|source| before(io("start the event loop", source)))?;
-    let result = runtime.block_on(serve(&home, core));
+    let result = runtime.block_on(serve(&home, inputs));
     // A request that does not end in time must not keep the program.
     runtime.shutdown_timeout(GRACE);
     home.leave();
     result
 }
 
-async fn serve(home: &Home, core: Arc<Core>) -> Result<(), Fail> {
+async fn serve(home: &Home, inputs: Inputs) -> Result<(), Fail> {
+    let loaded = Core::load(inputs).await;
+    let core = loaded.map_err(|e| Fail::BeforeReady(e.into()))?;
     let before = |what| move |source| Fail::BeforeReady(io(what, source));
     let mut terminate = signal(SignalKind::terminate()).map_err(before("listen for SIGTERM"))?;
     let mut interrupt = signal(SignalKind::interrupt()).map_err(before("listen for SIGINT"))?;
@@ -146,6 +150,7 @@ pub async fn expire_sessions(core: Arc<Core>) {
         }
         let until = next.unwrap_or_else(|| tokio::time::Instant::now() + IDLE);
         tokio::select! {
+            biased;
             () = tokio::time::sleep_until(until) => {}
             _ = changed.changed() => {}
         }

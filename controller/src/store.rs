@@ -5,6 +5,7 @@
 mod backup;
 mod durable;
 mod memory;
+mod off_loop;
 mod record;
 mod redb;
 
@@ -13,9 +14,12 @@ mod conformance;
 
 use std::path::PathBuf;
 
+use futures_util::future::BoxFuture;
+
 pub use self::backup::{Backup, BackupError};
 pub use self::durable::Durable;
 pub use self::memory::MemoryStore;
+pub use self::off_loop::OffLoop;
 pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
 pub use self::redb::{RedbStore, numbers_of};
 
@@ -66,16 +70,27 @@ pub enum StoreError {
     },
 }
 
-/// The store. Calls block; [`Durable`] moves them off the event loop.
+impl StoreError {
+    /// The task that made a call panicked, or the program ends.
+    pub(crate) fn cut_off(error: tokio::task::JoinError) -> Self {
+        Self::Failed {
+            what: "write",
+            path: "state/controller.redb".into(),
+            source: Box::new(error),
+        }
+    }
+}
+
+/// The store. Its calls may take long, and do not block; [`Durable`] makes one after the other, each to its end.
 ///
 /// A call that failed changed nothing, and the next one is tried afresh.
 pub trait Store: Send + Sync + 'static {
     /// Sees whether it can be read and, after a write failed, written again.
-    fn check(&self) -> Result<(), StoreError> {
-        self.load().map(drop)
+    fn check(&self) -> BoxFuture<'_, Result<(), StoreError>> {
+        Box::pin(async { self.load().await.map(drop) })
     }
     /// Everything in it.
-    fn load(&self) -> Result<State, StoreError>;
+    fn load(&self) -> BoxFuture<'_, Result<State, StoreError>>;
     /// Makes all these changes, or none.
-    fn write(&self, writes: &[Write]) -> Result<(), StoreError>;
+    fn write(&self, writes: Vec<Write>) -> BoxFuture<'_, Result<(), StoreError>>;
 }

@@ -10,8 +10,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fleet::{FakeFleet, greeting, systems};
+use futures_util::future::BoxFuture;
 use rts_controller::clock::{SystemChance, SystemClock};
-use rts_controller::store::{MemoryStore, RedbStore, State, Store, StoreError, Write};
+use rts_controller::simulator::NoSimulator;
+use rts_controller::store::{MemoryStore, OffLoop, RedbStore, State, Store, StoreError, Write};
 use rts_controller::{Core, Inputs, Reconciler};
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::System;
@@ -24,7 +26,7 @@ fn request() -> ApplyRequest {
     ApplyRequest::of(systems::hello())
 }
 
-fn core(store: impl Store) -> Arc<Core> {
+async fn core(store: impl Store) -> Arc<Core> {
     let fleet = FakeFleet::default();
     let agent = fleet.add("local", &["SineSource", "LowPassFilter", "Printer"]);
     let core = Core::load(Inputs {
@@ -33,7 +35,9 @@ fn core(store: impl Store) -> Arc<Core> {
         rng: Arc::new(SystemChance),
         fleet: Arc::new(fleet),
         store: Arc::new(store),
+        simulator: Arc::new(NoSimulator),
     })
+    .await
     .unwrap();
     rts_controller::greet(&core, "local", greeting(&agent, "s1")).unwrap();
     core
@@ -44,20 +48,23 @@ fn core(store: impl Store) -> Arc<Core> {
 struct SlowStore {
     inner: MemoryStore,
     reached: Arc<Semaphore>,
-    go_on: Arc<std::sync::Barrier>,
+    go_on: Arc<Semaphore>,
 }
 
 impl Store for SlowStore {
-    fn load(&self) -> Result<State, StoreError> {
+    fn load(&self) -> BoxFuture<'_, Result<State, StoreError>> {
         self.inner.load()
     }
-    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
-        self.inner.write(writes)?;
-        if writes.iter().any(|w| matches!(w, Write::PutSystem(_))) {
-            self.reached.add_permits(1);
-            self.go_on.wait();
-        }
-        Ok(())
+    fn write(&self, writes: Vec<Write>) -> BoxFuture<'_, Result<(), StoreError>> {
+        Box::pin(async move {
+            let of_system = writes.iter().any(|w| matches!(w, Write::PutSystem(_)));
+            self.inner.write(writes).await?;
+            if of_system {
+                self.reached.add_permits(1);
+                self.go_on.acquire().await.unwrap().forget();
+            }
+            Ok(())
+        })
     }
 }
 
@@ -66,9 +73,9 @@ async fn a_client_that_goes_away_leaves_disk_and_memory_alike() {
     let store = SlowStore {
         inner: MemoryStore::new("cluster"),
         reached: Arc::new(Semaphore::new(0)),
-        go_on: Arc::new(std::sync::Barrier::new(2)),
+        go_on: Arc::new(Semaphore::new(0)),
     };
-    let core = core(store.clone());
+    let core = core(store.clone()).await;
     let mut changes = core.view.subscribe();
     {
         let apply = rts_controller::apply(&core, "hello", request(), None);
@@ -78,10 +85,7 @@ async fn a_client_that_goes_away_leaves_disk_and_memory_alike() {
         }
         // Here the future is dropped, as the server drops a handler whose client has gone.
     }
-    let go_on = Arc::clone(&store.go_on);
-    tokio::task::spawn_blocking(move || go_on.wait())
-        .await
-        .unwrap();
+    store.go_on.add_permits(1);
     let shown = async {
         while core.view.get::<System>("hello").is_none() {
             changes.changed().await.unwrap();
@@ -91,7 +95,7 @@ async fn a_client_that_goes_away_leaves_disk_and_memory_alike() {
         .await
         .expect("what is stored is shown");
     assert_eq!(
-        store.load().unwrap().systems["hello"],
+        store.inner.held().systems["hello"],
         core.registry().systems["hello"]
     );
 }
@@ -141,7 +145,7 @@ fn cannot_mount(output: &std::process::Output) -> bool {
 
 async fn on_a_small_disk(folder: &Path) {
     let path = folder.join("controller.redb");
-    let core = core(RedbStore::open(&path, "cluster").unwrap());
+    let core = core(OffLoop::new(RedbStore::open(&path, "cluster").unwrap())).await;
     tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
     let socket = folder.join("c.sock");
     let listener = rts_http::server::bind(&socket).unwrap();

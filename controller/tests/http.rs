@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use fleet::served::{problem, request, serve};
 use fleet::{Cluster, greeting, systems};
-use rts_agent_api::session::{Heartbeat, SessionClient};
+use rts_agent_api::session::{Heartbeat, SessionApi, SessionClient};
 use rts_controller_api::objects::{Component, Kind, Node, Phase, System};
 use rts_controller_api::watch::{Watch, WatchType};
 

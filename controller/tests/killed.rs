@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use rts_controller::store::{NodeGeneration, RedbStore, Store, Write as Change};
+use rts_controller::store::{NodeGeneration, RedbStore, Write as Change};
 
 /// Set for the run of this program that writes.
 const WRITER: &str = "RTSCTL_TEST_WRITER";

@@ -127,6 +127,7 @@ fn every_path_of_the_api_is_described() {
     known.extend([
         paths::SYSTEM,
         paths::SYSTEM_PLAN,
+        paths::SYSTEM_SIMULATE,
         paths::SYSTEM_EXPORT,
         paths::NODE_ACTS,
         paths::NODE,

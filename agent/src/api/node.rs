@@ -29,8 +29,6 @@ const MAX_FOLLOWERS: usize = 64;
 static FOLLOWERS: Semaphore = Semaphore::const_new(MAX_FOLLOWERS);
 /// How often a log that is followed is looked at.
 const POLL: Duration = Duration::from_millis(200);
-/// Most types that are resolved at once.
-const MAX_TYPES: usize = 10_000;
 
 /// Who the agent is.
 #[utoipa::path(get, path = paths::NODE, responses((status = 200, body = NodeInfo)))]
@@ -51,11 +49,7 @@ pub(super) async fn inventory(_: Principal, State(agent): Shared) -> Json<Invent
     responses((status = 200, body = NodeSpecEnvelope), (status = 404, description = "it was told nothing yet", body = Problem))
 )]
 pub(super) async fn node_spec(_: Principal, State(agent): Shared) -> Answer<Json<Sealed>> {
-    let ledger = agent.ledger.lock().await;
-    match ledger.sealed() {
-        Some(held) => Ok(Json(held.clone())),
-        None => Err(Problem::not_found("this node was told nothing yet").into()),
-    }
+    Ok(Json(agent.node_spec().await?))
 }
 
 /// Replaces what the node should run. Durable when it returns.
@@ -89,16 +83,7 @@ pub(super) async fn resolve(
     State(agent): Shared,
     Json(request): Json<ResolveRequest>,
 ) -> Answer<Json<Vec<ModuleResolution>>> {
-    if request.types.len() > MAX_TYPES {
-        let detail = format!("at most {MAX_TYPES} types at once");
-        return Err(Problem::invalid("too-many", detail).into());
-    }
-    let found = request.types.iter().map(|type_name| async {
-        let resolution = agent.modules.resolve_described(type_name).await;
-        resolution.map_err(|e| Problem::internal(e.to_string()))
-    });
-    let found = futures_util::future::try_join_all(found).await;
-    Ok(Json(found?))
+    Ok(Json(agent.modules.resolve_all(&request.types).await?))
 }
 
 /// A component's log as text: its last lines, those of the incarnation before, or those since a time, and what is added

@@ -19,8 +19,8 @@ struct Entry {
 }
 
 impl BackOff {
-    /// A target failed.
-    pub fn failed(&mut self, target: String, reason: String) {
+    /// A target failed. `chance` is a number in 0.0..1.0.
+    pub fn failed(&mut self, target: String, reason: String, chance: f64) {
         let now = Instant::now();
         self.0.retain(|_, entry| entry.failed + RESET_AFTER > now);
         let tries = self.0.get(&target).map_or(1, |e| e.tries.saturating_add(1));
@@ -28,7 +28,7 @@ impl BackOff {
             tries,
             reason,
             failed: now,
-            until: now + delay(tries, rand::random()),
+            until: now + delay(tries, chance),
         };
         self.0.insert(target, entry);
     }
@@ -56,15 +56,15 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_target_is_blocked_for_its_delay_and_its_tries_count_on() {
         let mut back_off = BackOff::default();
-        back_off.failed("local|manager/m".to_owned(), "died".to_owned());
+        back_off.failed("local|manager/m".to_owned(), "died".to_owned(), 0.5);
         assert_eq!(back_off.blocked()["local|manager/m"], "died");
         tokio::time::advance(Duration::from_millis(700)).await;
         assert!(back_off.blocked().is_empty());
-        back_off.failed("local|manager/m".to_owned(), "died".to_owned());
+        back_off.failed("local|manager/m".to_owned(), "died".to_owned(), 0.5);
         tokio::time::advance(Duration::from_millis(700)).await;
         assert_eq!(back_off.blocked().len(), 1);
         tokio::time::advance(RESET_AFTER).await;
-        back_off.failed("local|manager/m".to_owned(), "died".to_owned());
+        back_off.failed("local|manager/m".to_owned(), "died".to_owned(), 0.5);
         tokio::time::advance(Duration::from_millis(700)).await;
         assert!(back_off.blocked().is_empty(), "forgotten meanwhile");
     }

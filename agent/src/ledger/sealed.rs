@@ -39,6 +39,11 @@ struct Parts {
 }
 
 impl Sealed {
+    /// Seals an envelope as its sender would: by writing it.
+    pub fn of(envelope: &NodeSpecEnvelope) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(&serde_json::to_string(envelope)?)
+    }
+
     /// What it says.
     pub fn envelope(&self) -> &NodeSpecEnvelope {
         &self.envelope
@@ -125,8 +130,7 @@ fn compact(text: &str) -> String {
 #[cfg(test)]
 impl From<NodeSpecEnvelope> for Sealed {
     fn from(envelope: NodeSpecEnvelope) -> Self {
-        let text = serde_json::to_string(&envelope).unwrap();
-        serde_json::from_str(&text).unwrap()
+        Self::of(&envelope).unwrap()
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::fence::Verdict;
 use super::*;
+use crate::fixtures::SlowDisk;
 use rts_agent_api::messages::LedgerFence;
+use rts_host::disk::FileDisk;
 use rts_plan::desired::{NodeSpec, NodeSystem, SystemRef};
 use rts_plan::place::digest;
 use std::sync::Arc;
@@ -157,15 +159,15 @@ fn a_wrong_digest_or_node_is_invalid() {
 #[tokio::test]
 async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let store = Arc::new(FileStore::new(folder.path()));
-    let mut ledger = Ledger::load("local", store.clone()).unwrap();
+    let load = || Ledger::load("local", folder.path(), Arc::new(FileDisk));
+    let mut ledger = load().await.unwrap();
     assert!(ledger.held().is_none());
     let first = envelope("a", 1, 1, &["hello"]);
     assert!(ledger.put(first.clone().into()).await.unwrap().changed);
     assert!(!ledger.put(first.clone().into()).await.unwrap().changed);
     assert!(ledger.put(envelope("a", 1, 0, &[]).into()).await.is_err());
 
-    let again = Ledger::load("local", store.clone()).unwrap();
+    let again = load().await.unwrap();
     assert_eq!(again.held(), Some(&first));
 
     let mut taken = envelope("b", 4, 2, &["hello"]);
@@ -174,7 +176,7 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     assert!(ledger.put(taken.clone().into()).await.unwrap().changed);
     // Told again, since the answer was lost: it is so already.
     assert!(!ledger.put(taken.clone().into()).await.unwrap().changed);
-    let again = Ledger::load("local", store.clone()).unwrap();
+    let again = load().await.unwrap();
     let kept = again.held().unwrap();
     assert_eq!(ledger_fence(kept), ledger_fence(&taken));
     assert_eq!(kept.take_over, None);
@@ -183,73 +185,42 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let path = folder.path().join(FILE);
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("uid-hello", "uid-other")).unwrap();
-    let error = Ledger::load("local", store.clone()).err().unwrap();
+    let error = load().await.err().unwrap();
     assert!(error.to_string().contains("digest"), "{error}");
     std::fs::write(&path, &text[..20]).unwrap();
-    assert!(Ledger::load("local", store).is_err());
-}
-
-/// Saves one after the other, each when it is told to.
-struct Slow {
-    begun: tokio::sync::mpsc::UnboundedSender<u64>,
-    go: std::sync::Mutex<std::sync::mpsc::Receiver<()>>,
-    saved: std::sync::Mutex<Vec<u64>>,
-}
-
-impl Store for Slow {
-    fn load(&self) -> Result<Option<Sealed>, LedgerError> {
-        Ok(None)
-    }
-
-    fn save(&self, sealed: &Sealed) -> io::Result<()> {
-        let generation = sealed.envelope().generation;
-        self.begun.send(generation).unwrap();
-        self.go.lock().unwrap().recv().unwrap();
-        self.saved.lock().unwrap().push(generation);
-        Ok(())
-    }
+    assert!(load().await.is_err());
 }
 
 #[tokio::test]
 async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
-    let config = crate::Config {
-        home: home.path().to_owned(),
-        node: "local".to_owned(),
-        aliases: Vec::new(),
-        module_path: Vec::new(),
-        manager_program: "/nonexistent/rts-manager".into(),
-        controller_socket: None,
-        heal_after: None,
-    };
-    let folders = crate::folders::Folders::new(home.path(), "local").unwrap();
-    let launcher = crate::launch::ProcessLauncher::new(&config.manager_program);
-    let agent = crate::agent::Agent::new(config, folders, Arc::new(launcher)).unwrap();
-    let agent = Arc::new(agent);
-    let (begun, mut begins) = tokio::sync::mpsc::unbounded_channel();
-    let (go, gone) = std::sync::mpsc::channel();
-    let store = Arc::new(Slow {
-        begun,
-        go: std::sync::Mutex::new(gone),
-        saved: Default::default(),
-    });
-    *agent.ledger.lock().await = Ledger::load("local", store.clone()).unwrap();
-
+    let (disk, mut begins, go) = SlowDisk::new(FILE);
+    let agent = crate::fixtures::agent_with(home.path(), disk.clone()).await;
     let first = agent.clone();
     let first =
         tokio::spawn(async move { first.put_node_spec(envelope("a", 1, 1, &[]).into()).await });
-    assert_eq!(begins.recv().await, Some(1));
+    assert_eq!(begins.recv().await, Some(()));
     first.abort();
     assert!(first.await.unwrap_err().is_cancelled());
     let second = agent.clone();
     let second =
         tokio::spawn(async move { second.put_node_spec(envelope("a", 1, 2, &[]).into()).await });
+    for _ in 0..20 {
+        tokio::task::yield_now().await;
+    }
+    assert!(begins.try_recv().is_err(), "the second waits");
     go.send(()).unwrap();
-    assert_eq!(begins.recv().await, Some(2));
+    assert_eq!(begins.recv().await, Some(()));
     go.send(()).unwrap();
     assert!(second.await.unwrap().unwrap().changed);
-    assert_eq!(*store.saved.lock().unwrap(), [1, 2]);
     assert_eq!(agent.ledger.lock().await.fence().unwrap().generation, 2);
+    let written = disk.written.lock().unwrap();
+    let read = |text: &Vec<u8>| serde_json::from_slice::<Sealed>(text).unwrap();
+    let generations: Vec<_> = written
+        .iter()
+        .map(|t| read(t).envelope().generation)
+        .collect();
+    assert_eq!(generations, [1, 2]);
 }
 
 /// A spec as the version before wrote it: its policies have no `onHang`, and the empty orders of its system are missing.
@@ -266,13 +237,13 @@ fn old_envelope(spec: &str) -> String {
 async fn a_ledger_of_the_version_before_is_read_kept_as_it_was_and_names_the_same_parts() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(FILE);
-    let store = Arc::new(FileStore::new(folder.path()));
+    let load = || Ledger::load("local", folder.path(), Arc::new(FileDisk));
     let text = old_envelope(OLD);
     // A field that is new since then is written by nobody who reads it.
     let typed: NodeSpecEnvelope = serde_json::from_str(&text).unwrap();
     assert_ne!(digest(&typed.spec), typed.digest);
     std::fs::write(&path, &text).unwrap();
-    let ledger = Ledger::load("local", store.clone()).unwrap();
+    let ledger = load().await.unwrap();
     let sealed = ledger.sealed().unwrap().clone();
     assert_eq!(sealed.envelope(), &typed);
     let parts = sealed.parts();
@@ -282,14 +253,14 @@ async fn a_ledger_of_the_version_before_is_read_kept_as_it_was_and_names_the_sam
     let offered: Sealed = serde_json::from_str(&text).unwrap();
     let mut ledger = ledger;
     assert!(!ledger.put(offered.clone()).await.unwrap().changed);
-    store.save(&offered).unwrap();
-    let again = Ledger::load("local", store.clone()).unwrap();
+    ledger.save(&offered).await.unwrap();
+    let again = load().await.unwrap();
     assert_eq!(again.sealed().unwrap().parts(), parts);
 
     // Written for people, as it was then.
     let pretty = |text: &str, indent: &str| text.replace("\":", &format!("\":\n{indent}"));
     std::fs::write(&path, pretty(&text, "  ")).unwrap();
-    let again = Ledger::load("local", store).unwrap();
+    let again = load().await.unwrap();
     assert_eq!(again.sealed().unwrap().parts(), parts);
 }
 

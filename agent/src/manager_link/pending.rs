@@ -1,6 +1,6 @@
 //! Requests on their way: numbered when they are sent, and answered by their number.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{
@@ -21,7 +21,7 @@ pub(super) struct Call {
 }
 
 /// Those who wait for an answer, by request id.
-pub(super) type Waiting = Mutex<HashMap<u64, oneshot::Sender<Result<ResponseBody, LinkError>>>>;
+pub(super) type Waiting = Mutex<BTreeMap<u64, oneshot::Sender<Result<ResponseBody, LinkError>>>>;
 
 /// Requests that were sent and not answered.
 #[derive(Default)]
@@ -33,7 +33,8 @@ pub(super) struct Pending {
 impl Pending {
     /// Fails all calls that wait.
     pub fn fail(&self, error: &LinkError) {
-        for (_, answer) in lock(&self.waiting).drain() {
+        let waiting = std::mem::take(&mut *lock(&self.waiting));
+        for answer in waiting.into_values() {
             // The caller may have given up.
             let _ = answer.send(Err(error.clone()));
         }

@@ -1,18 +1,19 @@
 //! The task behind a link: greets, writes requests, reads answers, and connects anew.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use rts_manager_api::control::{FromManager, Greeting, Hello};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::{PROTOCOL_VERSION, speaks};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt, BufReader};
-use tokio::net::UnixStream;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 
 use super::pending::{Call, Pending, settle};
 use super::{Greeted, LinkError, OnChanged};
+use crate::machine::{Control, Machine};
 
 /// Bound on connecting and greeting.
 const GREETING: Duration = Duration::from_secs(5);
@@ -23,7 +24,8 @@ const BACK_OFF: (Duration, Duration) = (Duration::from_millis(50), Duration::fro
 pub(super) struct Worker {
     pub manager: String,
     pub incarnation: String,
-    pub socket: PathBuf,
+    /// Machine and run folder.
+    pub place: (Arc<dyn Machine>, PathBuf),
     pub queue: mpsc::Receiver<Call>,
     pub greeted: watch::Sender<Option<Greeted>>,
     pub pending: Pending,
@@ -34,7 +36,7 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Serves one connection after the other until the link is dropped.
-    pub async fn run(mut self, mut first: Option<UnixStream>) {
+    pub async fn run(mut self, mut first: Option<Box<dyn Control>>) {
         let mut pause = BACK_OFF.0;
         loop {
             match self.connect(first.take()).await {
@@ -73,12 +75,12 @@ impl Worker {
 
     async fn connect(
         &mut self,
-        first: Option<UnixStream>,
-    ) -> Result<(BufReader<UnixStream>, u32), FrameError> {
+        first: Option<Box<dyn Control>>,
+    ) -> Result<(BufReader<Box<dyn Control>>, u32), FrameError> {
         let greet = async {
             let mut stream = match first {
                 Some(stream) => stream,
-                None => UnixStream::connect(&self.socket).await?,
+                None => self.place.0.connect(&self.place.1).await?,
             };
             let greeting = Greeting::Control {
                 version: PROTOCOL_VERSION,
@@ -118,7 +120,7 @@ impl Worker {
     }
 
     /// Reads and writes at the same time, so that neither side can block the other. Returns why it ended.
-    async fn serve(&mut self, stream: BufReader<UnixStream>, version: u32) -> FrameError {
+    async fn serve(&mut self, stream: BufReader<Box<dyn Control>>, version: u32) -> FrameError {
         let (mut from, mut to) = tokio::io::split(stream);
         let waiting = self.pending.waiting.clone();
         let on_changed = self.on_changed.clone();
@@ -145,9 +147,11 @@ impl Worker {
             }
             FrameError::Closed
         };
+        // Those who call wait for answers: calls come to an end where none are read, answers may not.
         tokio::select! {
-            error = reading => error,
+            biased;
             error = writing => error,
+            error = reading => error,
         }
     }
 }

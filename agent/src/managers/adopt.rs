@@ -1,25 +1,19 @@
 //! Finding managers that were started by an earlier agent, and taking them over.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rts_host::cgroup::Cgroup;
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::{ManagerKey, SystemRef};
-use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
-use super::tenant::{DESCRIBE, Tenant, bury, identity, look};
 use super::{Identity, Manager, Undying};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
-use crate::folders::{folder_id, is_folder_id};
-use crate::launch::Exit;
-use crate::pidfd::PidFd;
-use crate::process::Family;
+use crate::folders::folder_id;
+use crate::machine::{DESCRIBE, Found, Tenant};
 
 /// Pause between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -44,7 +38,7 @@ pub(crate) async fn adopt_all(agent: &Arc<Agent>) {
 pub(crate) async fn adopt_round(agent: &Arc<Agent>) -> bool {
     // Nobody makes or removes a folder meanwhile; whoever starts a manager waits, and then finds it adopted.
     let _folders = agent.managers.folders.lock().await;
-    lock(&agent.managers.undying).retain(|folder, _| folder.exists());
+    forget_undying(agent).await;
     let mut settled = true;
     for folder in unknown_folders(agent).await {
         match settle(agent, &folder).await {
@@ -59,14 +53,19 @@ pub(crate) async fn adopt_round(agent: &Arc<Agent>) -> bool {
     settled
 }
 
+/// Forgets what does not die where its folder is gone.
+async fn forget_undying(agent: &Agent) {
+    let folders: Vec<PathBuf> = lock(&agent.managers.undying).keys().cloned().collect();
+    for folder in folders {
+        if matches!(agent.inputs.machine.look(&folder).await, Ok(Tenant::None)) {
+            lock(&agent.managers.undying).remove(&folder);
+        }
+    }
+}
+
 async fn unknown_folders(agent: &Agent) -> Vec<PathBuf> {
-    let run = agent.folders.run.clone();
-    let list = spawn_blocking(move || {
-        let entries = fs::read_dir(run).into_iter().flatten().flatten();
-        let managers = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_folder_id));
-        managers.map(|entry| entry.path()).collect::<Vec<_>>()
-    });
-    let mut folders = list.await.unwrap_or_default();
+    let mut folders = agent.inputs.machine.run_folders().await;
+    folders.sort();
     let starting: Vec<_> = {
         let starting = lock(&agent.managers.starting);
         starting.keys().map(|k| agent.folders.manager(k)).collect()
@@ -94,10 +93,8 @@ pub(super) enum Settled {
 /// Adopts the manager of a folder, or removes the folder when it is positively dead. Call it with
 /// [`super::Managers::folders`] locked.
 pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Settled> {
-    let path = folder.to_owned();
-    let (cgroups, name) = (agent.folders.cgroups.clone(), agent.folders.cgroup(folder));
-    let tenant = spawn_blocking(move || look(&path));
-    match tenant.await.map_err(io::Error::other)?? {
+    let machine = &agent.inputs.machine;
+    match machine.look(folder).await? {
         Tenant::None => Ok(Settled::Free),
         Tenant::Gone(file) => {
             let before = lock(&agent.managers.undying).get(folder).copied();
@@ -108,9 +105,7 @@ pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Sett
                 // While its folder tells of it.
                 agent.manager_died_unseen(file).await;
             }
-            let path = folder.to_owned();
-            let buried = spawn_blocking(move || bury(&path, file.as_ref(), &cgroups, &name));
-            let buried = buried.await.map_err(io::Error::other)?;
+            let buried = machine.bury(folder, file).await;
             let mut undying = lock(&agent.managers.undying);
             match buried {
                 Ok(()) => {
@@ -125,21 +120,11 @@ pub(super) async fn settle(agent: &Arc<Agent>, folder: &Path) -> io::Result<Sett
             }
         }
         Tenant::Nameless => Ok(Settled::Held),
-        Tenant::Lives(file) => {
-            let pid = file.pid;
-            let cgroup = spawn_blocking(move || cgroups.holding(&name, pid));
-            let cgroup = cgroup.await.map_err(io::Error::other)?;
-            adopt(agent, folder, file, cgroup).map(Settled::Adopted)
-        }
+        Tenant::Lives(file) => adopt(agent, folder, file).await.map(Settled::Adopted),
     }
 }
 
-fn adopt(
-    agent: &Arc<Agent>,
-    folder: &Path,
-    file: ManagerFile,
-    cgroup: Option<Cgroup>,
-) -> io::Result<Arc<Manager>> {
+async fn adopt(agent: &Arc<Agent>, folder: &Path, file: ManagerFile) -> io::Result<Arc<Manager>> {
     let key = ManagerKey {
         system: file.system.as_ref().map(|s| SystemRef {
             name: s.name.clone(),
@@ -155,25 +140,33 @@ fn adopt(
     if let Some(manager) = known.filter(|m| m.incarnation == file.incarnation) {
         return Ok(manager);
     }
-    let pidfd = PidFd::open(file.pid, Some(file.start_ticks))?;
+    let Found { family, exit } = agent.inputs.machine.find(folder, &file).await?;
     let pid = file.pid;
-    let leader = identity(&file);
     let name = Identity {
         key: key.clone(),
         incarnation: file.incarnation,
-        family: Family::new(leader, cgroup),
+        family,
         folder: folder.to_owned(),
     };
     let manager = Manager::new(agent, name, None);
     let _ = manager.started.set(file.started);
-    let exit = async move {
-        pidfd.ended().await;
-        Exit::Unknown
-    };
-    agent.register(manager.clone(), Box::pin(exit));
+    agent.register(manager.clone(), exit);
     let message = format!("process {pid} was found running");
     agent
         .events
         .push(of_manager("Normal", "ManagerAdopted", &key, message));
     Ok(manager)
+}
+
+/// Kills what managers left behind that have no run folder any more.
+pub(crate) async fn bury_orphans(agent: &Arc<Agent>) {
+    // Nobody makes or removes a folder meanwhile.
+    let _folders = agent.managers.folders.lock().await;
+    let living = agent
+        .managers
+        .all()
+        .iter()
+        .map(|m| m.folder.clone())
+        .collect();
+    agent.inputs.machine.bury_orphans(living).await;
 }

@@ -6,10 +6,11 @@ use std::time::Duration;
 use rts_agent_api::session::AgentEvent;
 use tokio::time::{Instant, sleep_until};
 
-use super::{GROUP_END, Manager, remove_folder};
+use super::Manager;
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
 use crate::launch::{Exit, ExitFuture};
+use crate::machine::GROUP_END;
 
 /// Shortest and longest pause before what does not die is killed again.
 const AGAIN: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
@@ -117,7 +118,7 @@ impl Agent {
 
     /// Removes what is left of a manager, and tells of its end.
     async fn bury(&self, manager: &Manager, exit: Exit) {
-        remove_folder(manager.folder.clone()).await;
+        self.inputs.machine.remove_folder(&manager.folder).await;
         manager.link.close();
         self.managers.remove(manager);
         self.buried(manager, exit);

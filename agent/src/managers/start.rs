@@ -1,26 +1,18 @@
 //! Starting a manager, once per key.
 
-use std::fs;
 use std::io;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use rts_plan::desired::ManagerKey;
-use tokio::net::UnixStream;
-use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep, timeout};
 
 use super::adopt::{Settled, settle};
-use super::tenant::DESCRIBE;
-use super::{GROUP_END, Identity, Manager, remove_folder};
+use super::{Identity, Manager};
 use crate::agent::Agent;
 use crate::events::{lock, of_manager};
-use crate::launch::{Exit, LaunchError, Launched, Start};
-use crate::process::{Family, remove};
-use crate::{log_mark, log_tail};
-use rts_host::cgroup::Cgroup;
-use rts_host::files::private_folder;
+use crate::launch::{Exit, LaunchError, Start};
+use crate::machine::{DESCRIBE, GROUP_END, Launched};
 
 /// How long a manager may take to say Hello.
 pub(crate) const HELLO: Duration = Duration::from_secs(5);
@@ -103,21 +95,6 @@ fn last_lines(log: &str) -> String {
     }
 }
 
-async fn mark_log(start: &Start) {
-    let (log, name) = (start.log.clone(), start.key.display_name());
-    let marked = spawn_blocking(move || log_mark::mark(&log, &name)).await;
-    if let Err(e) = marked.map_err(io::Error::other).flatten() {
-        tracing::warn!("cannot mark the log {}: {e}", start.log.display());
-    }
-}
-
-/// The end of what a start wrote to its log.
-async fn log_end(log: PathBuf, from: u64) -> String {
-    let read = spawn_blocking(move || log_tail::tail_from(&log, from, LOG_LINES));
-    let read = read.await.map_err(io::Error::other).flatten();
-    read.unwrap_or_default()
-}
-
 impl Agent {
     /// The live manager with this key; started when there is none. Goes on when the caller gives up.
     pub async fn ensure_manager(
@@ -171,7 +148,7 @@ impl Agent {
         }
         let start = Start {
             key: key.clone(),
-            incarnation: uuid::Uuid::new_v4().to_string(),
+            incarnation: self.inputs.chance.uuid(),
             folder: self.folders.manager(key),
             log: self.folders.manager_log(key),
         };
@@ -182,7 +159,7 @@ impl Agent {
         }
         let started = self.start(&start).await;
         if started.is_err() {
-            remove_folder(start.folder).await;
+            self.inputs.machine.remove_folder(&start.folder).await;
         }
         started
     }
@@ -204,7 +181,8 @@ impl Agent {
                 match settle(self, folder).await.map_err(failed)? {
                     Settled::Adopted(manager) => return Ok(Some(manager)),
                     Settled::Free => {
-                        private_folder(folder).map_err(failed)?;
+                        let made = self.inputs.machine.make_folder(folder).await;
+                        made.map_err(failed)?;
                         return Ok(None);
                     }
                     Settled::Undying => {
@@ -223,21 +201,14 @@ impl Agent {
     }
 
     async fn start(self: &Arc<Self>, start: &Start) -> Result<Arc<Manager>, StartManagerError> {
-        let cgroup = self.make_cgroup(start).await?;
-        mark_log(start).await;
-        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
-        let launched = match self.launcher.launch(start) {
-            Ok(launched) => launched,
-            Err(e) => {
-                if let Some(cgroup) = cgroup {
-                    // It cannot panic.
-                    let _ = spawn_blocking(move || remove(&cgroup)).await;
-                }
-                return Err(e.into());
-            }
-        };
-        let cgroup = self.enter(cgroup, launched.pid).await;
-        self.greet(start, launched, cgroup, log_start).await
+        let launched = self.inputs.machine.launch(start).await;
+        let launched = launched.map_err(|e| match e.is_ending() {
+            true => StartManagerError::Ending {
+                manager: start.key.display_name(),
+            },
+            false => e.into(),
+        })?;
+        self.greet(start, launched).await
     }
 
     /// Waits for the Hello of a manager that was launched; ends it when that does not come.
@@ -245,38 +216,26 @@ impl Agent {
         self: &Arc<Self>,
         start: &Start,
         launched: Launched,
-        cgroup: Option<Cgroup>,
-        log_start: u64,
     ) -> Result<Arc<Manager>, StartManagerError> {
         let Launched {
-            pid,
+            family,
             control,
             mut exit,
+            log_start,
         } = launched;
-        let family = Family::of_child(pid, cgroup);
         let manager = start.key.display_name();
-        let log = || log_end(start.log.clone(), log_start);
-        let control = control
-            .set_nonblocking(true)
-            .and_then(|()| UnixStream::from_std(control));
-        let control = match control {
-            Ok(control) => control,
-            Err(e) => {
-                family.end(GROUP_END).await;
-                exit.await;
-                let reason = e.to_string();
-                return Err(StartManagerError::Internal { manager, reason });
-            }
-        };
+        let log = || self.inputs.machine.log_end(start, log_start, LOG_LINES);
         let identity = Identity {
             key: start.key.clone(),
             incarnation: start.incarnation.clone(),
-            family: family.clone(),
+            family,
             folder: start.folder.clone(),
         };
         let started = Manager::new(self, identity, Some(control));
+        let (pid, family) = (started.pid, &started.family);
         let ready = async {
             tokio::select! {
+                biased;
                 hello = started.link.ready() => Ok(hello),
                 exit = &mut exit => Err(exit),
             }

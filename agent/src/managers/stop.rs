@@ -5,11 +5,11 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use rts_manager_api::control::RequestBody;
-use rustix::process::Signal;
 use tokio::time::timeout;
 
 use super::Manager;
 use crate::events::lock;
+use crate::machine::Signal;
 
 /// For the orderly end.
 const ASK: Duration = Duration::from_secs(5);
@@ -69,8 +69,9 @@ impl Manager {
         };
         let asked = self.link.call_within(RequestBody::Shutdown, ask, ask);
         let answer = tokio::select! {
-            answer = asked => answer,
+            biased;
             () = self.ended() => return true,
+            answer = asked => answer,
         };
         match answer {
             Ok(_) => {
@@ -80,13 +81,13 @@ impl Manager {
             }
             Err(e) => tracing::info!(manager = self.key.display_name(), "no orderly end: {e}"),
         }
-        self.family.signal(Signal::TERM).await;
+        self.family.signal(Signal::Term).await;
         // A stopped process sees no SIGTERM before it goes on.
-        self.family.signal(Signal::CONT).await;
+        self.family.signal(Signal::Cont).await;
         if self.gone_within(term).await {
             return true;
         }
-        self.family.signal(Signal::KILL).await;
+        self.family.signal(Signal::Kill).await;
         self.gone_within(KILL).await
     }
 

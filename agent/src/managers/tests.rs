@@ -1,11 +1,14 @@
 //! What is remembered of what a manager held, and the end of one.
 
-use std::path::Path;
+use std::time::Duration;
 
+use futures_util::future::BoxFuture;
 use tokio::time::sleep_until;
 
 use super::*;
+use crate::fixtures::agent;
 use crate::launch::Exit;
+use crate::machine::Signal;
 use serde_json::json;
 
 fn holding(incarnations: &[&str]) -> ManagerInventory {
@@ -34,38 +37,44 @@ fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_doe
     assert!(seen.deleted.is_empty(), "nothing is kept for ever");
 }
 
-/// An agent in a home of its own, which starts nothing.
-fn agent(home: &Path) -> Arc<Agent> {
-    let config = crate::Config {
-        home: home.to_owned(),
-        node: "local".to_owned(),
-        aliases: Vec::new(),
-        module_path: Vec::new(),
-        manager_program: "/nonexistent/rts-manager".into(),
-        controller_socket: None,
-        heal_after: None,
-    };
-    let folders = crate::folders::Folders::new(home, "local").unwrap();
-    folders.make().unwrap();
-    let launcher = crate::launch::ProcessLauncher::new(&config.manager_program);
-    Arc::new(Agent::new(config, folders, Arc::new(launcher)).unwrap())
+/// A family that dies when it may.
+#[derive(Debug, Default)]
+struct Stubborn {
+    undying: Arc<AtomicBool>,
+}
+
+impl Family for Stubborn {
+    fn pid(&self) -> u32 {
+        4_000_000
+    }
+
+    fn has_ended(&self) -> bool {
+        true
+    }
+
+    fn signal(&self, _: Signal) -> BoxFuture<'_, ()> {
+        Box::pin(async {})
+    }
+
+    fn end(&self, _: Duration) -> BoxFuture<'_, bool> {
+        Box::pin(async { !self.undying.load(Ordering::SeqCst) })
+    }
 }
 
 #[tokio::test]
 async fn while_what_a_manager_started_does_not_die_nothing_is_started_in_its_place() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
-    let agent = agent(home.path());
+    let agent = agent(home.path()).await;
     let key = ManagerKey {
         system: None,
         name: "main".to_owned(),
     };
     let folder = agent.folders.manager(&key);
     std::fs::create_dir(&folder).unwrap();
-    let mut child = std::process::Command::new("/bin/true").spawn().unwrap();
-    let family = Family::of_child(child.id(), None);
-    child.wait().unwrap();
-    let undying = family.undying.clone();
-    undying.store(true, Ordering::SeqCst);
+    let undying = Arc::new(AtomicBool::new(true));
+    let family = Box::new(Stubborn {
+        undying: undying.clone(),
+    });
     let identity = Identity {
         key: key.clone(),
         incarnation: "one".to_owned(),
@@ -106,7 +115,7 @@ async fn while_what_a_manager_started_does_not_die_nothing_is_started_in_its_pla
 #[tokio::test]
 async fn a_dead_managers_folder_that_cannot_be_removed_is_told_once_and_tried_again_at_a_pace() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
-    let agent = agent(home.path());
+    let agent = agent(home.path()).await;
     let key = ManagerKey {
         system: None,
         name: "main".to_owned(),

@@ -1,15 +1,34 @@
 //! Finding and describing modules.
 
-use super::*;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-fn finder(folders: &[PathBuf]) -> Modules {
-    Modules::new(folders, Path::new("/nonexistent/rts-manager"))
+use super::*;
+use crate::machine::Host;
+
+/// The modules in some folders, of a node in a home of its own.
+async fn modules(folders: &[PathBuf], program: &Path) -> Modules {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let config = crate::Config {
+        home: home.path().to_owned(),
+        node: "local".to_owned(),
+        aliases: Vec::new(),
+        module_path: folders.to_owned(),
+        manager_program: program.to_owned(),
+        controller_socket: None,
+        heal_after: None,
+    };
+    Modules::new(Arc::new(Host::take(&config).await.unwrap()))
+}
+
+async fn finder(folders: &[PathBuf]) -> Modules {
+    modules(folders, Path::new("/nonexistent/rts-manager")).await
 }
 
 #[tokio::test]
 async fn the_first_file_in_the_order_of_paths_and_names_wins() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let modules = finder(&[a.path().to_owned(), b.path().to_owned()]);
+    let modules = finder(&[a.path().to_owned(), b.path().to_owned()]).await;
     let none = modules.resolve("ConsoleIn").await.unwrap();
     assert_eq!((none.module, none.searched.len()), (None, 4));
     let error = modules.find("ConsoleIn", None).await.unwrap_err();
@@ -36,7 +55,7 @@ async fn the_first_file_in_the_order_of_paths_and_names_wins() {
 #[tokio::test]
 async fn a_changed_file_has_a_new_digest_and_is_refused_when_pinned() {
     let folder = tempfile::tempdir().unwrap();
-    let modules = finder(&[folder.path().to_owned()]);
+    let modules = finder(&[folder.path().to_owned()]).await;
     let path = folder.path().join("libsink.so");
     fs::write(&path, "one").unwrap();
     let first = modules.find("Sink", None).await.unwrap();
@@ -52,7 +71,7 @@ async fn a_type_name_does_not_lead_out_of_the_module_paths() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("in")).unwrap();
     fs::write(folder.path().join("evil.so"), "x").unwrap();
-    let modules = finder(&[folder.path().join("in")]);
+    let modules = finder(&[folder.path().join("in")]).await;
     assert_eq!(modules.resolve("../evil").await.unwrap().module, None);
 }
 
@@ -73,7 +92,7 @@ echo '{{"typeName":"Sine","vendor":"","category":"","version":"","description":"
     );
     fs::write(&program, script).unwrap();
     fs::set_permissions(&program, fs::Permissions::from_mode(0o700)).unwrap();
-    let modules = Modules::new(&[folder.path().to_owned()], &program);
+    let modules = modules(&[folder.path().to_owned()], &program).await;
     fs::write(folder.path().join("libsine.so"), "s").unwrap();
     fs::write(folder.path().join("libbad.so"), "b").unwrap();
     for _ in 0..2 {

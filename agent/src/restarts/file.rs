@@ -1,8 +1,9 @@
 //! The file of what is remembered.
 
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
+use rts_host::disk::{Disk, replace_durably};
 use serde::{Deserialize, Serialize};
 
 use super::component::Component;
@@ -32,8 +33,12 @@ pub(super) fn path(state: &Path) -> PathBuf {
 
 /// What was remembered. A damaged file is put aside, with a warning: what it held is lost, but nothing else. One that
 /// cannot be read may hold what must not be forgotten: that is an error.
-pub(super) fn load(path: &Path, boot_id: Option<&str>) -> io::Result<Memory> {
-    let Some(text) = read(path)? else {
+pub(super) async fn load(
+    disk: &dyn Disk,
+    path: &Path,
+    boot_id: Option<&str>,
+) -> io::Result<Memory> {
+    let Some(text) = disk.read(path, MAX_FILE).await? else {
         return Ok(Memory::default());
     };
     Ok(match parse(&text) {
@@ -42,21 +47,10 @@ pub(super) fn load(path: &Path, boot_id: Option<&str>) -> io::Result<Memory> {
             Memory::of(contents.components, rebooted)
         }
         Err(why) => {
-            put_aside(path, &why);
+            put_aside(disk, path, &why).await;
             Memory::default()
         }
     })
-}
-
-fn read(path: &Path) -> io::Result<Option<Vec<u8>>> {
-    let file = match std::fs::File::open(path) {
-        Ok(file) => file,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(e),
-    };
-    let mut text = Vec::new();
-    file.take(MAX_FILE).read_to_end(&mut text)?;
-    Ok(Some(text))
 }
 
 fn parse(text: &[u8]) -> Result<Contents, String> {
@@ -70,11 +64,11 @@ fn parse(text: &[u8]) -> Result<Contents, String> {
     Ok(contents)
 }
 
-fn put_aside(path: &Path, why: &str) {
+async fn put_aside(disk: &dyn Disk, path: &Path, why: &str) {
     let mut name = path.as_os_str().to_owned();
     name.push(".damaged");
     let aside = PathBuf::from(name);
-    let kept = match std::fs::rename(path, &aside) {
+    let kept = match disk.rename(path, &aside).await {
         Ok(()) => format!("it is kept as {}", aside.display()),
         Err(e) => format!("it cannot be put aside: {e}"),
     };
@@ -85,7 +79,8 @@ fn put_aside(path: &Path, why: &str) {
 }
 
 /// Replaces the file. Durable when it returns.
-pub(super) fn save(
+pub(super) async fn save(
+    disk: &dyn Disk,
     path: &Path,
     boot_id: Option<&str>,
     components: Vec<Component>,
@@ -95,5 +90,5 @@ pub(super) fn save(
         boot_id: boot_id.map(str::to_owned),
         components,
     };
-    rts_host::files::replace_durably(path, &serde_json::to_vec_pretty(&contents)?)
+    replace_durably(disk, path, serde_json::to_vec_pretty(&contents)?).await
 }

@@ -1,15 +1,20 @@
 //! Deaths, what is held because of them, and the file.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 
 use jiff::{SignedDuration, Timestamp};
+use rts_host::disk::FileDisk;
 use rts_plan::desired::{NodeSpec, NodeSystem, PlacedComponent, SystemRef};
 use rts_plan::observed::ManagerObserved;
 use rts_plan::restart::Ended;
 use rts_schemas::system::{ComponentSpec, Policy, RestartPolicy};
+use tokio::time::timeout;
 
 use super::file::{load, save};
 use super::memory::Memory;
+use crate::fixtures::SlowDisk;
 use crate::policies::Policies;
 
 const NEVER: Policy = Policy {
@@ -228,56 +233,61 @@ fn it_is_held_until_its_system_changes_or_it_is_there_again() {
     assert_eq!(memory.restarts(&system(), "A"), 0);
 }
 
-fn again(path: &Path, boot: &str) -> Memory {
-    load(path, Some(boot)).unwrap()
+async fn again(path: &Path, boot: &str) -> Memory {
+    load(&FileDisk, path, Some(boot)).await.unwrap()
 }
 
-#[test]
-fn the_file_outlives_the_agent_and_a_reboot_forgets_what_speaks_against_a_start() {
+#[tokio::test]
+async fn the_file_outlives_the_agent_and_a_reboot_forgets_what_speaks_against_a_start() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("restarts.json");
     let (_, policies) = spec(&[("A", NEVER), ("B", ALWAYS)]);
     let mut memory = living(&["A"]);
     memory.died("one", Ended::Signal(9), at(0), &policies);
     memory.made(&system(), "B", "two");
-    save(&path, Some("boot"), memory.components()).unwrap();
+    save(&FileDisk, &path, Some("boot"), memory.components())
+        .await
+        .unwrap();
 
-    let mut later = again(&path, "boot");
+    let mut later = again(&path, "boot").await;
     assert_eq!(later.held(), memory.held());
     later.died("two", Ended::Unknown, at(9), &policies);
     assert_eq!(later.restarts(&system(), "B"), 1);
 
-    let mut rebooted = again(&path, "another boot");
+    let mut rebooted = again(&path, "another boot").await;
     assert_eq!(held(&rebooted), [""; 0]);
     assert_eq!(rebooted.restarts(&system(), "A"), 1);
     rebooted.died("two", Ended::Unknown, at(9), &policies);
     assert_eq!(rebooted.restarts(&system(), "B"), 0, "it did not live on");
 }
 
-#[test]
-fn a_damaged_file_is_put_aside() {
+#[tokio::test]
+async fn a_damaged_file_is_put_aside() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("restarts.json");
     for text in ["{", r#"{"version": 2, "bootId": null, "components": []}"#] {
         std::fs::write(&path, text).unwrap();
-        assert_eq!(again(&path, "boot").components(), []);
+        assert_eq!(again(&path, "boot").await.components(), []);
         let aside = folder.path().join("restarts.json.damaged");
         assert_eq!(std::fs::read_to_string(&aside).unwrap(), text);
         assert!(!path.exists());
     }
-    save(&path, Some("boot"), Vec::new()).unwrap();
-    assert_eq!(again(&path, "boot").components(), []);
+    save(&FileDisk, &path, Some("boot"), Vec::new())
+        .await
+        .unwrap();
+    assert_eq!(again(&path, "boot").await.components(), []);
     assert!(path.exists());
 }
 
-#[test]
-fn a_file_that_cannot_be_read_is_an_error_and_stays() {
+#[tokio::test]
+async fn a_file_that_cannot_be_read_is_an_error_and_stays() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("restarts.json");
     std::fs::create_dir(&path).unwrap();
-    assert!(load(&path, Some("boot")).is_err());
+    assert!(load(&FileDisk, &path, Some("boot")).await.is_err());
     assert!(path.is_dir(), "it is not put aside");
-    let error = super::Restarts::load(folder.path()).unwrap_err();
+    let loaded = super::Restarts::load(Arc::new(FileDisk), folder.path(), None).await;
+    let error = loaded.err().unwrap();
     assert!(error.to_string().contains("restarts.json"), "{error}");
 }
 
@@ -301,4 +311,30 @@ fn the_same_system_in_other_words_pardons_nobody() {
     counted.systems[0].generation = 8;
     memory.keep(&counted, Some(&before), &policies);
     assert_eq!(held(&memory), [""; 0]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_write_goes_on_when_its_caller_gives_up_and_no_other_begins_meanwhile() {
+    let (disk, mut begins, go) = SlowDisk::new("restarts.json");
+    let state = Path::new("/nowhere");
+    let restarts = super::Restarts::load(disk.clone(), state, None).await;
+    let restarts = restarts.unwrap();
+    let save = |instance: &'static str| {
+        restarts.change(|m| m.made(&system(), instance, "one"));
+        restarts.save()
+    };
+    let soon = Duration::from_secs(1);
+    assert!(timeout(soon, save("A")).await.is_err());
+    begins.recv().await.unwrap();
+    assert!(timeout(soon, save("B")).await.is_err());
+    assert!(begins.try_recv().is_err(), "it waits for the first");
+    go.send(()).unwrap();
+    go.send(()).unwrap();
+    timeout(soon, save("C")).await.unwrap();
+    restarts.save().await;
+    let written = disk.written.lock().unwrap();
+    let texts: Vec<_> = written.iter().map(|t| String::from_utf8_lossy(t)).collect();
+    assert_eq!(texts.len(), 2, "nothing has changed since: {texts:?}");
+    assert!(texts[0].contains("\"A\"") && !texts[0].contains("\"B\""));
+    assert!(texts[1].contains("\"B\"") && texts[1].contains("\"C\""));
 }

@@ -1,12 +1,10 @@
 //! A node in a temporary home, and words to talk to it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
-use rts_agent::launch::ProcessLauncher;
-use rts_agent::{Config, Running, StartError};
+use rts_agent::{Config, Serving, StartError};
 use rts_agent_api::AgentApi;
 use rts_agent_api::client::HttpAgent;
 use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
@@ -35,7 +33,7 @@ pub struct Node {
     pub home: TempDir,
     pub config: Config,
     pub agent: HttpAgent,
-    running: Option<Running>,
+    running: Option<Serving>,
 }
 
 impl Node {
@@ -170,13 +168,12 @@ impl Drop for Node {
     }
 }
 
-async fn start(config: &Config) -> Result<Running, StartError> {
-    let launcher = Arc::new(ProcessLauncher::new(&config.manager_program));
-    rts_agent::start(config.clone(), launcher).await
+async fn start(config: &Config) -> Result<Serving, StartError> {
+    rts_agent::serve(config.clone()).await
 }
 
 /// Starts a second agent where one runs.
-pub async fn start_beside(config: &Config) -> Result<Running, StartError> {
+pub async fn start_beside(config: &Config) -> Result<Serving, StartError> {
     start(config).await
 }
 

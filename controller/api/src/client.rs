@@ -1,5 +1,7 @@
 //! Client of the controller.
 
+use std::time::Duration;
+
 use reqwest::Method;
 use rts_agent_api::messages::{
     ActRequest, Acted, CreateByHand, CreatedByHand, Factory, LogQuery, ModuleRequest,
@@ -10,6 +12,7 @@ use serde::de::DeserializeOwned;
 
 use crate::objects::{Component, Kind, List, Node, System};
 use crate::requests::{ApplyRequest, ApplyResult, Exported, NodeClaimed, PlanResult, TakeOver};
+use crate::simulate::{SimulateRequest, Simulated};
 use crate::watch::Watch;
 use crate::{ClientError, paths};
 
@@ -93,6 +96,17 @@ impl Controller {
                 request,
             )
             .await
+    }
+
+    /// What would happen to a system under faults. It may take as long as `patience`.
+    pub async fn simulate(
+        &self,
+        request: &SimulateRequest,
+        patience: Duration,
+    ) -> Result<Simulated, ClientError> {
+        let path = of_system(paths::SYSTEM_SIMULATE, &request.spec.name);
+        let sent = self.http.request(Method::POST, &path).timeout(patience);
+        self.http.json(sent.json(request)).await
     }
 
     /// Asks for a system's end. It is gone when [`Controller::system`] answers 404.

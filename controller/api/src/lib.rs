@@ -5,6 +5,7 @@ pub mod objects;
 pub mod paths;
 pub mod requests;
 pub mod schema;
+pub mod simulate;
 pub mod watch;
 
 pub use rts_http::client::ClientError;

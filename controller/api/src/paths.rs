@@ -4,6 +4,9 @@
 pub const SYSTEM: &str = "/v1/systems/{name}";
 /// `GET`: plan of the stored system; `POST` ([`crate::requests::ApplyRequest`]): what an apply would do. Nothing changes.
 pub const SYSTEM_PLAN: &str = "/v1/systems/{name}/plan";
+/// `POST` ([`crate::simulate::SimulateRequest`] → [`crate::simulate::Simulated`]): what would happen under faults. Nothing
+/// changes.
+pub const SYSTEM_SIMULATE: &str = "/v1/systems/{name}/simulate";
 /// `GET`: [`crate::requests::Exported`].
 pub const SYSTEM_EXPORT: &str = "/v1/systems/{name}/export";
 /// `POST` ([`rts_agent_api::messages::ActRequest`] → [`rts_agent_api::messages::Acted`]): a change by hand of what runs on

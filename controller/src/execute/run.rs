@@ -121,12 +121,14 @@ impl<'a> Executor<'a> {
     pub async fn next(&mut self) -> bool {
         loop {
             tokio::select! {
+                biased;
+                // Each report makes a few of them at most: they hold nothing up.
+                Some(()) = self.releases.next(), if !self.releases.is_empty() => {}
                 report = self.reports.next() => {
                     let Some(report) = report else { return false };
                     self.take(report);
                     return true;
                 }
-                Some(()) = self.releases.next(), if !self.releases.is_empty() => {}
             }
         }
     }
@@ -274,6 +276,7 @@ fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> 
     // Whatever ends it first says why; an `End` is the regular one.
     let cut_off = stream::once(async move {
         tokio::select! {
+            biased;
             () = lost => Err("its agent was lost".to_owned()),
             () = tokio::time::sleep(limit) => {
                 Err(format!("its batch did not end within {} s", limit.as_secs()))

@@ -243,6 +243,13 @@ impl Run {
         let mut dirty = true;
         loop {
             tokio::select! {
+                biased;
+                // It comes seldom enough to hold nothing up.
+                _ = publish.tick(), if dirty => {
+                    dirty = false;
+                    self.show(&run.progress.running, &run.progress.ended);
+                    self.core.publish();
+                }
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
                         let current = self.is_current();
@@ -254,11 +261,6 @@ impl Run {
                     if !more {
                         break;
                     }
-                }
-                _ = publish.tick(), if dirty => {
-                    dirty = false;
-                    self.show(&run.progress.running, &run.progress.ended);
-                    self.core.publish();
                 }
             }
         }

@@ -1,12 +1,13 @@
-//! The store as the event loop sees it: one write at a time, on a thread that may block.
+//! The store as the controller sees it: one call at a time, in a task of its own.
 
 use std::sync::Arc;
 
+use futures_util::future::BoxFuture;
 use tokio::sync::Mutex;
 
 use super::{NodeGeneration, State, Store, StoreError, SystemRecord, Write};
 
-/// A store whose calls can be awaited.
+/// A store that is called in turns.
 #[derive(Clone)]
 pub struct Durable {
     store: Arc<dyn Store>,
@@ -34,7 +35,7 @@ impl Durable {
 
     /// See [`Store::write`].
     pub async fn write(&self, writes: Vec<Write>) -> Result<(), StoreError> {
-        self.call(move |store| store.write(&writes)).await
+        self.call(move |store| store.write(writes)).await
     }
 
     /// Writes a system.
@@ -64,21 +65,15 @@ impl Durable {
     /// What was begun ends even when its caller goes away; the next one waits for it.
     async fn call<T: Send + 'static>(
         &self,
-        work: impl FnOnce(&dyn Store) -> Result<T, StoreError> + Send + 'static,
+        work: impl FnOnce(&dyn Store) -> BoxFuture<'_, Result<T, StoreError>> + Send + 'static,
     ) -> Result<T, StoreError> {
         let turn = Arc::clone(&self.turn).lock_owned().await;
         let store = Arc::clone(&self.store);
-        let done = tokio::task::spawn_blocking(move || {
-            let result = work(store.as_ref());
+        let done = tokio::spawn(async move {
+            let result = work(store.as_ref()).await;
             drop(turn);
             result
         });
-        done.await.unwrap_or_else(|e| {
-            Err(StoreError::Failed {
-                what: "write",
-                path: "state/controller.redb".into(),
-                source: Box::new(e),
-            })
-        })
+        done.await.unwrap_or_else(|e| Err(StoreError::cut_off(e)))
     }
 }

@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use futures_util::future::BoxFuture;
+
 use super::{State, Store, StoreError, Write};
 
 /// The store.
@@ -27,21 +29,28 @@ impl MemoryStore {
         }
     }
 
+    /// Everything in it.
+    pub fn held(&self) -> State {
+        self.state().clone()
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Store for MemoryStore {
-    fn load(&self) -> Result<State, StoreError> {
-        Ok(self.state().clone())
+    fn load(&self) -> BoxFuture<'_, Result<State, StoreError>> {
+        Box::pin(async { Ok(self.held()) })
     }
 
-    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
-        let mut state = self.state();
-        for write in writes {
-            state.change(write.clone());
-        }
-        Ok(())
+    fn write(&self, writes: Vec<Write>) -> BoxFuture<'_, Result<(), StoreError>> {
+        Box::pin(async {
+            let mut state = self.state();
+            for write in writes {
+                state.change(write);
+            }
+            Ok(())
+        })
     }
 }

@@ -14,9 +14,9 @@ use redb::{Database, Error, ReadableDatabase, ReadableTable};
 use self::rows::{
     CLUSTER_UID, Change, EPOCH, INDEXES, META, NODES, PROBE, RESTORED, REVISIONS, SYSTEMS,
 };
-use super::{State, Store, StoreError, Write};
+use super::{State, StoreError, Write};
 
-/// The store.
+/// The store. Calls block: [`OffLoop`](super::OffLoop) moves them off the event loop.
 pub struct RedbStore {
     path: PathBuf,
     slot: Mutex<Slot>,
@@ -131,8 +131,9 @@ pub fn numbers_of(path: &Path) -> Option<Numbers> {
     numbers(&transaction.open_table(META).ok()?).ok()
 }
 
-impl Store for RedbStore {
-    fn check(&self) -> Result<(), StoreError> {
+impl RedbStore {
+    /// See [`Store::check`](super::Store::check).
+    pub fn check(&self) -> Result<(), StoreError> {
         let unwritten = self.slot().unwritten;
         if let Some(size) = unwritten {
             let probe = Change {
@@ -146,7 +147,8 @@ impl Store for RedbStore {
         self.load().map(drop)
     }
 
-    fn load(&self) -> Result<State, StoreError> {
+    /// See [`Store::load`](super::Store::load).
+    pub fn load(&self) -> Result<State, StoreError> {
         self.with("read", |database| {
             let transaction = database.begin_read()?;
             let meta = transaction.open_table(META)?;
@@ -162,7 +164,8 @@ impl Store for RedbStore {
         })
     }
 
-    fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
+    /// See [`Store::write`](super::Store::write).
+    pub fn write(&self, writes: &[Write]) -> Result<(), StoreError> {
         let mut meta = None;
         let rows: Result<Vec<_>, _> = writes.iter().map(|w| self.row(w, &mut meta)).collect();
         self.change(&rows?)

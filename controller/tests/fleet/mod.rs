@@ -14,12 +14,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use futures_util::FutureExt;
 use jiff::Timestamp;
 use rts_agent_api::ClientError;
 use rts_agent_api::session::{Heartbeat, SessionGreeting};
 use rts_controller::clock::{Chance, Clock};
 use rts_controller::fleet::{Agent, Fleet};
-use rts_controller::store::{MemoryStore, Store};
+use rts_controller::simulator::{NoSimulator, Simulator};
+use rts_controller::store::MemoryStore;
 use rts_controller::{Core, Inputs, Reconciler};
 use rts_controller_api::objects::{Component, Event, Phase, System};
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
@@ -103,7 +105,16 @@ pub struct Cluster {
 
 impl Cluster {
     pub fn start(fleet: FakeFleet, store: MemoryStore) -> Self {
-        let core = core(&fleet, &store);
+        Self::simulated_by(fleet, store, Arc::new(NoSimulator))
+    }
+
+    /// With a simulator.
+    pub fn simulated_by(
+        fleet: FakeFleet,
+        store: MemoryStore,
+        simulator: Arc<dyn Simulator>,
+    ) -> Self {
+        let core = core_with(&fleet, &store, simulator);
         let mut tasks = tokio::task::JoinSet::new();
         tasks.spawn(Reconciler::new(Arc::clone(&core)).run());
         tasks.spawn(rts_controller::expire_sessions(Arc::clone(&core)));
@@ -229,20 +240,31 @@ impl Cluster {
     }
 
     pub fn stored(&self) -> rts_controller::store::State {
-        self.store.load().unwrap()
+        self.store.held()
     }
 }
 
 /// A controller without its loop.
 pub fn core(fleet: &FakeFleet, store: &MemoryStore) -> Arc<Core> {
-    Core::load(Inputs {
+    core_with(fleet, store, Arc::new(NoSimulator))
+}
+
+/// The same with a simulator.
+pub fn core_with(
+    fleet: &FakeFleet,
+    store: &MemoryStore,
+    simulator: Arc<dyn Simulator>,
+) -> Arc<Core> {
+    let loading = Core::load(Inputs {
         local_node: "local".into(),
         clock: Arc::new(TestClock(tokio::time::Instant::now())),
         rng: Arc::new(TestChance::default()),
         fleet: Arc::new(fleet.clone()),
         store: Arc::new(store.clone()),
-    })
-    .unwrap()
+        simulator,
+    });
+    let loaded = loading.now_or_never();
+    loaded.expect("memory needs no waiting").unwrap()
 }
 
 pub fn greeting(agent: &FakeAgent, session: &str) -> SessionGreeting {

@@ -94,6 +94,10 @@ impl Outbox {
                 }
                 return Ok(Ended::Here);
             }
+            // A write that waited for room has taken the wake-ups of meanwhile.
+            if !lock(&self.queue).is_empty() {
+                continue;
+            }
             if !self.wait()? {
                 return Ok(self.judge("the other end closed the connection"));
             }
@@ -288,6 +292,53 @@ mod tests {
         outbox.close(Parting::GoodBye);
         assert_eq!(sender.join().unwrap(), Ended::Here);
         assert!(begin.elapsed() < Duration::from_secs(10));
+    }
+
+    #[test]
+    fn what_is_queued_while_the_last_write_waits_for_room_is_sent() {
+        let (left, right) = UnixStream::pair().unwrap();
+        let outbox = Arc::new(Outbox::new(left, true).unwrap());
+        let sender = thread::spawn({
+            let outbox = Arc::clone(&outbox);
+            move || outbox.send()
+        });
+        // Nobody reads: each is taken from the queue before the next comes, until one finds no room, as the last of its
+        // write. Then one more comes.
+        let mut sent = 0;
+        let taken = |outbox: &Outbox| {
+            let begin = Instant::now();
+            while begin.elapsed() < Duration::from_millis(100) {
+                if lock(&outbox.queue).is_empty() {
+                    return true;
+                }
+                thread::sleep(Duration::from_millis(1));
+            }
+            false
+        };
+        while taken(&outbox) {
+            sent += 1;
+            assert_eq!(outbox.push(sent, vec![0; 30_000].into(), || ()), 0);
+        }
+        let port = Arc::new(InPort::new("in", "T"));
+        let source = Arc::new(Source::new(None));
+        let receiver = thread::spawn({
+            let (port, source) = (Arc::clone(&port), Arc::clone(&source));
+            move || receive(&right, &port, &source, true)
+        });
+        let begin = Instant::now();
+        while source.counts().received < sent {
+            port.begin();
+            port.read();
+            let received = source.counts().received;
+            assert!(
+                begin.elapsed() < Duration::from_secs(10),
+                "{received} of {sent}"
+            );
+            thread::yield_now();
+        }
+        outbox.close(Parting::GoodBye);
+        assert_eq!(receiver.join().unwrap(), Ended::GoodBye);
+        assert_eq!(sender.join().unwrap(), Ended::Here);
     }
 
     #[test]

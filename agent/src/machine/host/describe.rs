@@ -14,8 +14,8 @@ use tokio::io::AsyncReadExt;
 use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
+use super::launch::environment;
 use crate::inventory::port;
-use crate::launch::environment;
 
 /// How long a module may take.
 const LIMIT: Duration = Duration::from_secs(5);

@@ -2,34 +2,29 @@
 
 use std::time::Duration;
 
+use futures_util::future::BoxFuture;
 use rts_host::cgroup::Cgroup;
 use rts_host::identity::Identity;
 use rts_host::process::{Process, group_of_lives, signal_group_of};
-use rustix::process::{Pid, Signal};
+use rustix::process::{self, Pid, getpgid};
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
+
+use crate::machine::{self, Signal};
 
 /// A process that leads its group, and all that it started. Without a control group, one that has left the process
 /// group is not found.
 #[derive(Debug, Clone)]
-pub(crate) struct Family {
+pub(super) struct Family {
     /// Never its number alone: that may be given to somebody else once it was reaped.
     pub leader: Identity,
     pub cgroup: Option<Cgroup>,
-    /// Pretends that somebody in it does not die.
-    #[cfg(test)]
-    pub undying: std::sync::Arc<std::sync::atomic::AtomicBool>,
 }
 
 impl Family {
     /// That of a process.
     pub fn new(leader: Identity, cgroup: Option<Cgroup>) -> Self {
-        Self {
-            leader,
-            cgroup,
-            #[cfg(test)]
-            undying: Default::default(),
-        }
+        Self { leader, cgroup }
     }
 
     /// That of a child that was not reaped yet.
@@ -44,29 +39,17 @@ impl Family {
         Self::new(leader, cgroup)
     }
 
-    /// True when the leader has ended; a zombie has.
-    pub fn has_ended(&self) -> bool {
-        Process::identified(&self.leader).is_none()
-    }
-
-    /// Sends each of them a signal, once.
-    pub async fn signal(&self, signal: Signal) {
-        let family = self.clone();
-        // It cannot panic.
-        let _ = spawn_blocking(move || family.signal_now(signal)).await;
-    }
-
-    fn signal_now(&self, signal: Signal) {
+    fn signal_now(&self, signal: process::Signal) {
         let pid = self.leader.pid;
         if let Err(e) = signal_group_of(&self.leader, signal) {
             tracing::warn!(pid, "cannot send {signal:?} to the process group: {e}");
         }
         let Some(cgroup) = &self.cgroup else { return };
-        if signal == Signal::KILL {
+        if signal == process::Signal::KILL {
             return cgroup.kill();
         }
         for process in cgroup.processes() {
-            let group = rustix::process::getpgid(Pid::from_raw(process.pid()));
+            let group = getpgid(Pid::from_raw(process.pid()));
             let had_it = |group: Pid| u32::try_from(group.as_raw_nonzero().get()) == Ok(pid);
             if !group.is_ok_and(had_it) {
                 process.signal(signal);
@@ -74,13 +57,11 @@ impl Family {
         }
     }
 
-    /// Kills all of them, waits until they are gone, and removes the control group; false when somebody still lives at
-    /// the end of the time.
-    pub async fn end(&self, limit: Duration) -> bool {
+    async fn end_within(&self, limit: Duration) -> bool {
         let end = Instant::now() + limit;
         let mut pause = Duration::from_millis(1);
         while self.lives().await {
-            self.signal(Signal::KILL).await;
+            machine::Family::signal(self, Signal::Kill).await;
             if Instant::now() >= end {
                 return false;
             }
@@ -96,10 +77,6 @@ impl Family {
     /// A look at all processes, off the thread that serves.
     async fn lives(&self) -> bool {
         let family = self.clone();
-        #[cfg(test)]
-        if family.undying.load(std::sync::atomic::Ordering::SeqCst) {
-            return true;
-        }
         let lives = move || {
             group_of_lives(&family.leader)
                 || family.cgroup.as_ref().is_some_and(Cgroup::is_populated)
@@ -108,8 +85,35 @@ impl Family {
     }
 }
 
+impl machine::Family for Family {
+    fn pid(&self) -> u32 {
+        self.leader.pid
+    }
+
+    fn has_ended(&self) -> bool {
+        Process::identified(&self.leader).is_none()
+    }
+
+    fn signal(&self, signal: Signal) -> BoxFuture<'_, ()> {
+        let family = self.clone();
+        let signal = match signal {
+            Signal::Term => process::Signal::TERM,
+            Signal::Cont => process::Signal::CONT,
+            Signal::Kill => process::Signal::KILL,
+        };
+        Box::pin(async move {
+            // It cannot panic.
+            let _ = spawn_blocking(move || family.signal_now(signal)).await;
+        })
+    }
+
+    fn end(&self, limit: Duration) -> BoxFuture<'_, bool> {
+        Box::pin(self.end_within(limit))
+    }
+}
+
 /// Removes a control group in which nobody lives; what stands against it is logged.
-pub(crate) fn remove(cgroup: &Cgroup) {
+pub(super) fn remove(cgroup: &Cgroup) {
     if let Err(e) = cgroup.remove() {
         tracing::warn!("cannot remove {}: {e}", cgroup.path().display());
     }
@@ -117,8 +121,9 @@ pub(crate) fn remove(cgroup: &Cgroup) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pidfd::PidFd;
     use super::*;
-    use crate::pidfd::PidFd;
+    use crate::machine::Family as _;
     use rts_host::identity::start_ticks;
     use rts_host::process::group_lives;
     use std::os::unix::process::CommandExt;
@@ -140,7 +145,7 @@ mod tests {
         other.leader.start_ticks -= 1;
         assert!(other.has_ended());
         assert!(other.end(Duration::ZERO).await);
-        other.signal(Signal::KILL).await;
+        other.signal(Signal::Kill).await;
         sleep(Duration::from_millis(50)).await;
         assert!(group_lives(pid));
         let family = Family::of_child(pid, None);

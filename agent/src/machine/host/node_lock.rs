@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Both locks, held for life.
 #[derive(Debug)]
-pub(crate) struct NodeLock {
+pub(super) struct NodeLock {
     node: String,
     /// The durable one is taken first.
     locks: [Held; 2],

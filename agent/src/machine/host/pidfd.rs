@@ -12,7 +12,7 @@ use tokio::io::unix::AsyncFd;
 
 /// An open process.
 #[derive(Debug)]
-pub(crate) struct PidFd(AsyncFd<OwnedFd>);
+pub(super) struct PidFd(AsyncFd<OwnedFd>);
 
 impl PidFd {
     /// Opens a process. With `started` it must be the one that started then.

@@ -9,19 +9,20 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{self, Command, Stdio};
 
 use rts_host::process::signal_group;
 use rustix::process::Signal;
+use tokio::net;
 
-use super::{Exit, LaunchError, Launched, Launcher, Start};
-use crate::pidfd::PidFd;
+use super::pidfd::PidFd;
+use crate::launch::{Exit, ExitFuture, LaunchError, Start};
 
 /// Variables that a manager inherits, besides all that start with `RTS`.
 const KEPT: [&str; 5] = ["PATH", "HOME", "LANG", "RUST_BACKTRACE", "LD_LIBRARY_PATH"];
 
 /// What a manager program gets of this process's environment.
-pub(crate) fn environment() -> impl Iterator<Item = (OsString, OsString)> {
+pub(super) fn environment() -> impl Iterator<Item = (OsString, OsString)> {
     std::env::vars_os().filter(|(name, _)| {
         name.to_str()
             .is_some_and(|name| KEPT.contains(&name) || name.starts_with("RTS"))
@@ -29,17 +30,25 @@ pub(crate) fn environment() -> impl Iterator<Item = (OsString, OsString)> {
 }
 
 /// Starts manager processes.
-#[derive(Debug, Clone)]
-pub struct ProcessLauncher {
+#[derive(Debug)]
+pub(super) struct Launcher {
     program: PathBuf,
 }
 
-impl ProcessLauncher {
+/// A process that was just started.
+pub(super) struct Child {
+    /// Its id, also its process group's.
+    pub pid: u32,
+    /// The first control connection.
+    pub control: net::UnixStream,
+    /// Its end.
+    pub exit: ExitFuture,
+}
+
+impl Launcher {
     /// Starts this program.
-    pub fn new(program: impl Into<PathBuf>) -> Self {
-        Self {
-            program: program.into(),
-        }
+    pub fn new(program: PathBuf) -> Self {
+        Self { program }
     }
 
     fn command(&self, start: &Start, control: UnixStream, log: File, log2: File) -> Command {
@@ -62,10 +71,9 @@ impl ProcessLauncher {
             .stderr(log2);
         command
     }
-}
 
-impl Launcher for ProcessLauncher {
-    fn launch(&self, start: &Start) -> Result<Launched, LaunchError> {
+    /// Starts one and returns at once.
+    pub fn launch(&self, start: &Start) -> Result<Child, LaunchError> {
         let failed = |what: &Path| {
             let what = what.display().to_string();
             move |source| LaunchError { what, source }
@@ -73,6 +81,8 @@ impl Launcher for ProcessLauncher {
         let log = open_log(&start.log).map_err(failed(&start.log))?;
         let log2 = log.try_clone().map_err(failed(&start.log))?;
         let (ours, theirs) = UnixStream::pair().map_err(failed(&self.program))?;
+        ours.set_nonblocking(true).map_err(failed(&self.program))?;
+        let control = net::UnixStream::from_std(ours).map_err(failed(&self.program))?;
         let mut child = self
             .command(start, theirs, log, log2)
             .spawn()
@@ -85,9 +95,9 @@ impl Launcher for ProcessLauncher {
                 return Err(failed(&self.program)(e));
             }
         };
-        Ok(Launched {
+        Ok(Child {
             pid: child.id(),
-            control: ours,
+            control,
             exit: Box::pin(end(child, pidfd)),
         })
     }
@@ -95,7 +105,7 @@ impl Launcher for ProcessLauncher {
 
 /// Waits for the end of a child, kills what is left of its group, and reaps it. In this order: until it is reaped, its
 /// number cannot be given to another process.
-async fn end(mut child: Child, pidfd: PidFd) -> Exit {
+async fn end(mut child: process::Child, pidfd: PidFd) -> Exit {
     pidfd.ended().await;
     if let Err(e) = signal_group(child.id(), Signal::KILL) {
         tracing::warn!(pid = child.id(), "cannot kill its process group: {e}");

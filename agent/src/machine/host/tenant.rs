@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 use rts_host::cgroup::{Cgroup, Cgroups};
 use rts_host::identity::Identity;
@@ -11,25 +11,10 @@ use rts_host::process::{Process, end_group_of, group_of_lives};
 use rts_manager_api::files::{LOCK, MANAGER_JSON, ManagerFile};
 use rustix::fs::FlockOperation;
 
-use super::GROUP_END;
+use crate::machine::{DESCRIBE, GROUP_END, Tenant};
 
-/// How long a manager may take from its folder to its description.
-pub(super) const DESCRIBE: Duration = Duration::from_secs(2);
 /// Largest description in bytes.
 const MAX_FILE: u64 = 64 * 1024;
-
-/// Who lives in a run folder.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Tenant {
-    /// There is no folder.
-    None,
-    /// This very manager.
-    Lives(ManagerFile),
-    /// A manager that may just be starting, or somebody who holds the lock and does not say who he is.
-    Nameless,
-    /// Nobody any more. Processes of this group, which once was a manager's, may be left.
-    Gone(Option<ManagerFile>),
-}
 
 /// Looks. An error means that nothing is known.
 pub(super) fn look(folder: &Path) -> io::Result<Tenant> {

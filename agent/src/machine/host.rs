@@ -1,0 +1,253 @@
+//! The real machine: processes, control groups, folders and modules of the computer that this agent runs on.
+
+mod cgroup;
+mod describe;
+mod family;
+mod finder;
+mod launch;
+mod node_lock;
+mod pidfd;
+mod tenant;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, OnceLock};
+
+use futures_util::future::BoxFuture;
+use rts_agent_api::messages::{ModuleDescription, ModuleFile, ModuleResolution};
+use rts_host::cgroup::{Cgroups, Choice};
+use rts_host::files;
+use rts_host::identity::{Identity, boot_id};
+use rts_manager_api::files::{CONTROL_SOCKET, ManagerFile};
+use tokio::net::UnixStream;
+use tokio::task::spawn_blocking;
+
+use super::{Control, Found, Launched, Machine, Tenant};
+use crate::agent::StartError;
+use crate::config::Config;
+use crate::events::lock;
+use crate::folders::{Folders, is_folder_id};
+use crate::launch::{Exit, LaunchError, Start};
+use crate::{log_mark, log_tail};
+use family::Family;
+use finder::Finder;
+use launch::{Child, Launcher};
+use node_lock::NodeLock;
+use pidfd::PidFd;
+
+/// The machine of one node.
+#[derive(Debug)]
+pub(crate) struct Host {
+    folders: Folders,
+    /// The control groups of the home.
+    cgroups: Cgroups,
+    launcher: Launcher,
+    finder: Finder,
+    /// None when it was given back.
+    lock: Mutex<Option<NodeLock>>,
+    /// That there are no control groups is said once.
+    no_cgroups: OnceLock<()>,
+}
+
+async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> io::Result<T> + Send + 'static,
+) -> io::Result<T> {
+    let done = spawn_blocking(work).await;
+    done.map_err(io::Error::other).flatten()
+}
+
+impl Host {
+    /// Makes the folders of a node, and takes it for this process alone.
+    pub async fn take(config: &Config) -> Result<Self, StartError> {
+        let folders = Folders::new(&config.home, &config.node)?;
+        folders.make()?;
+        let lock = NodeLock::take(&folders, &config.node).await?;
+        Ok(Self {
+            cgroups: Cgroups::of(&folders.home, Choice::from_env()),
+            launcher: Launcher::new(config.manager_program.clone()),
+            finder: Finder::new(&config.module_path, &config.manager_program),
+            lock: Mutex::new(Some(lock)),
+            no_cgroups: OnceLock::new(),
+            folders,
+        })
+    }
+
+    /// Describes this process beside its socket.
+    pub fn describe_self(&self) -> Result<(), StartError> {
+        let path = self.folders.description();
+        let own = Identity::own(env!("CARGO_PKG_VERSION"));
+        serde_json::to_vec(&own)
+            .map_err(io::Error::from)
+            .and_then(|text| files::replace(&path, &text))
+            .map_err(|source| StartError::File { path, source })
+    }
+
+    /// Removes the description of this process. One that another agent has written stays.
+    pub fn forget_self(&self) {
+        let path = self.folders.description();
+        if Identity::read(&path).is_some_and(|i| i.pid == std::process::id()) {
+            let _ = fs::remove_file(path);
+        }
+    }
+
+    /// Gives the node back: another agent may take it.
+    pub fn release(&self) {
+        *lock(&self.lock) = None;
+    }
+
+    fn keep_now(&self) -> Result<(), StartError> {
+        let made = self.folders.make().map_err(StartError::from);
+        let kept = made.and_then(|()| lock(&self.lock).as_mut().map_or(Ok(()), NodeLock::keep));
+        if !matches!(kept, Err(StartError::Running { .. })) && !self.folders.description().exists()
+        {
+            return kept.and(self.describe_self());
+        }
+        kept
+    }
+
+    async fn launch_now(&self, start: &Start) -> Result<Launched, LaunchError> {
+        let cgroup = self.make_cgroup(start).await?;
+        self.mark_log(&start.log, &start.key.display_name()).await;
+        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
+        let Child { pid, control, exit } = match self.launcher.launch(start) {
+            Ok(child) => child,
+            Err(e) => {
+                if let Some(cgroup) = cgroup {
+                    // It cannot panic.
+                    let _ = spawn_blocking(move || family::remove(&cgroup)).await;
+                }
+                return Err(e);
+            }
+        };
+        let cgroup = self.enter(cgroup, pid).await;
+        Ok(Launched {
+            family: Box::new(Family::of_child(pid, cgroup)),
+            control: Box::new(control),
+            exit,
+            log_start,
+        })
+    }
+
+    async fn find_now(&self, folder: &Path, file: &ManagerFile) -> io::Result<Found> {
+        let cgroup = self.cgroup_of(folder, file.pid).await?;
+        let pidfd = PidFd::open(file.pid, Some(file.start_ticks))?;
+        let exit = async move {
+            pidfd.ended().await;
+            Exit::Unknown
+        };
+        Ok(Found {
+            family: Box::new(Family::new(tenant::identity(file), cgroup)),
+            exit: Box::pin(exit),
+        })
+    }
+}
+
+impl Machine for Host {
+    fn boot_id(&self) -> Option<String> {
+        boot_id()
+    }
+
+    fn keep(&self) -> BoxFuture<'_, Result<(), StartError>> {
+        Box::pin(async { self.keep_now() })
+    }
+
+    fn run_folders(&self) -> BoxFuture<'_, Vec<PathBuf>> {
+        let run = self.folders.run.clone();
+        Box::pin(async {
+            let list = spawn_blocking(move || {
+                let entries = fs::read_dir(run).into_iter().flatten().flatten();
+                let named =
+                    |entry: &fs::DirEntry| entry.file_name().to_str().is_some_and(is_folder_id);
+                entries.filter(named).map(|entry| entry.path()).collect()
+            });
+            list.await.unwrap_or_default()
+        })
+    }
+
+    fn look<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<Tenant>> {
+        let folder = folder.to_owned();
+        Box::pin(blocking(move || tenant::look(&folder)))
+    }
+
+    fn make_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<()>> {
+        Box::pin(async { files::private_folder(folder) })
+    }
+
+    fn remove_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, ()> {
+        let path = folder.to_owned();
+        Box::pin(async move {
+            match blocking(move || fs::remove_dir_all(path)).await {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    tracing::warn!("cannot remove {}: {e}", folder.display());
+                }
+                _ => {}
+            }
+        })
+    }
+
+    fn bury<'a>(
+        &'a self,
+        folder: &'a Path,
+        file: Option<ManagerFile>,
+    ) -> BoxFuture<'a, io::Result<()>> {
+        let (cgroups, name) = (self.cgroups.clone(), self.folders.cgroup(folder));
+        let folder = folder.to_owned();
+        Box::pin(blocking(move || {
+            tenant::bury(&folder, file.as_ref(), &cgroups, &name)
+        }))
+    }
+
+    fn bury_orphans(&self, living: Vec<PathBuf>) -> BoxFuture<'_, ()> {
+        Box::pin(async move { self.bury_cgroups(&living).await })
+    }
+
+    fn launch<'a>(&'a self, start: &'a Start) -> BoxFuture<'a, Result<Launched, LaunchError>> {
+        Box::pin(self.launch_now(start))
+    }
+
+    fn find<'a>(
+        &'a self,
+        folder: &'a Path,
+        file: &'a ManagerFile,
+    ) -> BoxFuture<'a, io::Result<Found>> {
+        Box::pin(self.find_now(folder, file))
+    }
+
+    fn connect<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<Box<dyn Control>>> {
+        Box::pin(async move {
+            let control = UnixStream::connect(folder.join(CONTROL_SOCKET)).await?;
+            Ok(Box::new(control) as Box<dyn Control>)
+        })
+    }
+
+    fn log_end<'a>(&'a self, start: &'a Start, from: u64, lines: usize) -> BoxFuture<'a, String> {
+        let log = start.log.clone();
+        Box::pin(async move {
+            let read = blocking(move || log_tail::tail_from(&log, from, lines));
+            read.await.unwrap_or_default()
+        })
+    }
+
+    fn mark_log<'a>(&'a self, log: &'a Path, who: &'a str) -> BoxFuture<'a, ()> {
+        let (path, who) = (log.to_owned(), who.to_owned());
+        Box::pin(async move {
+            if let Err(e) = blocking(move || log_mark::mark(&path, &who)).await {
+                // A full disk must not stop a robot.
+                tracing::warn!("cannot mark the log {}: {e}", log.display());
+            }
+        })
+    }
+
+    fn resolve<'a>(&'a self, type_name: &'a str) -> BoxFuture<'a, io::Result<ModuleResolution>> {
+        Box::pin(self.finder.resolve(type_name))
+    }
+
+    fn describe<'a>(
+        &'a self,
+        module: &'a ModuleFile,
+        type_name: &'a str,
+    ) -> BoxFuture<'a, Option<ModuleDescription>> {
+        Box::pin(self.finder.describe(module, type_name))
+    }
+}
