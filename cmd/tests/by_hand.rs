@@ -251,7 +251,7 @@ fn what_is_changed_by_hand_is_put_back_and_that_is_said() {
 #[test]
 fn a_component_that_refuses_is_5_and_can_be_reset() {
     let stack = Stack::up();
-    let create = "Faulty?instance_name=F0&mode=fail_activate";
+    let create = "Misbehaving?instance_name=F0&fault=error-activate";
     says(&stack, 0, &["manager", "create", create]);
     let (_, err) = says(&stack, 5, &["activate", "F0"]);
     assert!(err.contains("told to fail on_activated"), "{err}");
@@ -266,8 +266,8 @@ fn a_component_that_refuses_is_5_and_can_be_reset() {
         "component/F0 would be reset",
     );
     prints(&stack, &["reset", "F0"], "component/F0 reset");
-    let set = "component/F0 configured: default.mode: fail_activate -> none";
-    prints(&stack, &["conf", "F0", "set", "mode", "none"], set);
+    let set = "component/F0 configured: default.fault: error-activate -> none";
+    prints(&stack, &["conf", "F0", "set", "fault", "none"], set);
     prints(&stack, &["activate", "F0"], "component/F0 activated");
     stack.kill_agent();
     says(&stack, 4, &["deactivate", "F0"]);

@@ -82,7 +82,11 @@ fn diff_is_not_content_while_a_wanted_component_does_not_run() {
     let stack = Stack::new();
     let file = stack.write(
         "bad.xml",
-        single("bad", "Faulty", &parameter("mode", "fail_initialize")),
+        single(
+            "bad",
+            "Misbehaving",
+            &parameter("fault", "error-initialize"),
+        ),
     );
     let file = file.to_string_lossy();
     stack.expect(5, &["apply", &file]);
@@ -96,7 +100,7 @@ fn a_component_that_hangs_is_not_healthy() {
     let stack = Stack::new();
     let file = stack.write(
         "hang.xml",
-        single("hang", "Faulty", &parameter("mode", "hang_execute")),
+        single("hang", "Misbehaving", &parameter("fault", "hang-execute")),
     );
     stack.rtsctl(&["apply", &file.to_string_lossy()]);
     stack.until("systems", "the system is not healthy", |systems| {

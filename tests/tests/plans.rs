@@ -137,10 +137,10 @@ fn targets_change_nothing_else() {
 fn an_optional_component_that_fails_holds_nobody_up() {
     let stack = Stack::new();
     let profile = Profile::new("arm")
-        .component("camera", "Faulty")
+        .component("camera", "Misbehaving")
         .optional()
         .with("manager", "a")
-        .parameter("mode", "fail_activate")
+        .parameter("fault", "error-activate")
         .component("motor", "Printer")
         .with("manager", "b")
         .order("Activation", &["camera", "motor"], 0);
@@ -158,10 +158,11 @@ fn an_optional_component_that_fails_holds_nobody_up() {
 fn a_wait_that_runs_out_fails_the_one_who_waits() {
     let stack = Stack::new();
     let profile = Profile::new("slow")
-        .component("sensor", "Faulty")
+        .component("sensor", "Misbehaving")
         .with("manager", "a")
         .with("startTimeout", "20s")
-        .parameter("activation_ms", "3000")
+        .parameter("fault", "slow-activate")
+        .parameter("seconds", "3")
         .component("motor", "Printer")
         .with("manager", "b")
         .sync("Activation", "motor", "sensor", 200);
@@ -176,17 +177,18 @@ fn a_wait_that_runs_out_fails_the_one_who_waits() {
 #[test]
 fn a_mended_module_gets_a_new_process_also_when_its_component_never_came_up() {
     let folder = tempfile::tempdir().expect("a folder");
-    let module = folder.path().join("libfaulty.so");
-    let original = std::fs::read(rts_tests::programs().join("libfaulty.so")).expect("the module");
+    let module = folder.path().join("libmisbehaving.so");
+    let original =
+        std::fs::read(rts_tests::programs().join("libmisbehaving.so")).expect("the module");
     std::fs::write(&module, &original).expect("a copy");
     let stack = Stack::with_modules(folder.path());
-    let profile = |mode: &str| {
+    let profile = |fault: &str| {
         Profile::new("lab")
-            .component("camera", "Faulty")
-            .parameter("mode", mode)
+            .component("camera", "Misbehaving")
+            .parameter("fault", fault)
             .component("light", "Printer")
     };
-    let file = write(&stack, "lab.xml", &profile("fail_initialize"));
+    let file = write(&stack, "lab.xml", &profile("error-initialize"));
     stack.expect(5, &["apply", &file]);
     let before = stack.witness().of("light").pid;
     // Another file, as a compiler writes it: what lies behind an ELF's end is not loaded.
@@ -195,7 +197,10 @@ fn a_mended_module_gets_a_new_process_also_when_its_component_never_came_up() {
     std::fs::rename(&mended, &module).expect("in its place");
     let file = write(&stack, "mended.xml", &profile("none"));
     let plan = stack.expect(0, &["plan", &file]).out;
-    assert!(plan.contains("the module file of Faulty changed"), "{plan}");
+    assert!(
+        plan.contains("the module file of Misbehaving changed"),
+        "{plan}"
+    );
     stack.expect(0, &["apply", &file]);
     assert_ne!(stack.witness().of("light").pid, before);
     assert_eq!(

@@ -126,11 +126,12 @@ fn a_lost_peer_that_comes_back_brings_all_back() {
     }
 }
 
-fn faulty(mode: &str, keys: &[(&str, &str)]) -> Profile {
-    let profile = Profile::new("faulty")
-        .component("bad", "Faulty")
+fn misbehaving(fault: &str, keys: &[(&str, &str)]) -> Profile {
+    let profile = Profile::new("misbehaving")
+        .component("bad", "Misbehaving")
         .with("manager", "bad")
-        .parameter("mode", mode);
+        .parameter("after", "0")
+        .parameter("fault", fault);
     let profile = keys
         .iter()
         .fold(profile, |p, (key, value)| p.with(key, value));
@@ -142,15 +143,15 @@ fn faulty(mode: &str, keys: &[(&str, &str)]) -> Profile {
 #[test]
 fn a_process_that_hangs_is_replaced_when_its_policy_says_so() {
     let stack = Stack::new();
-    let profile = faulty(
-        "hang_execute",
+    let profile = misbehaving(
+        "hang-execute",
         &[
             ("livenessTimeout", "1s"),
             ("onHang", "restart"),
             ("restartLimit", "1"),
         ],
     );
-    let file = stack.write("faulty.xml", profile.xml());
+    let file = stack.write("misbehaving.xml", profile.xml());
     stack.rtsctl(&["apply", &file.to_string_lossy()]);
     // Replaced once, and then the limit holds it back.
     stack.until("components", "the limit holds it back", |components| {
@@ -169,8 +170,8 @@ fn a_process_that_hangs_is_replaced_when_its_policy_says_so() {
 fn a_stopped_process_is_replaced_when_its_policy_says_so() {
     let stack = Stack::new();
     let file = stack.write(
-        "faulty.xml",
-        faulty("none", &[("livenessTimeout", "1s"), ("onHang", "restart")]).xml(),
+        "misbehaving.xml",
+        misbehaving("none", &[("livenessTimeout", "1s"), ("onHang", "restart")]).xml(),
     );
     stack.expect(0, &["apply", &file.to_string_lossy()]);
     let before = stack.witness();
@@ -187,7 +188,7 @@ fn a_stopped_process_is_replaced_when_its_policy_says_so() {
 #[test]
 fn a_stopped_process_is_told_and_goes_on_when_it_is_continued() {
     let stack = Stack::new();
-    let file = stack.write("faulty.xml", faulty("none", &[]).xml());
+    let file = stack.write("misbehaving.xml", misbehaving("none", &[]).xml());
     stack.expect(0, &["apply", &file.to_string_lossy()]);
     let before = stack.witness();
     signal(before.of("bad").pid, Signal::STOP);
@@ -210,8 +211,8 @@ fn a_stopped_process_is_told_and_goes_on_when_it_is_continued() {
 fn on_failure_lets_an_orderly_end_be() {
     let stack = Stack::new();
     let file = stack.write(
-        "faulty.xml",
-        faulty("none", &[("restart", "on-failure")]).xml(),
+        "misbehaving.xml",
+        misbehaving("none", &[("restart", "on-failure")]).xml(),
     );
     stack.expect(0, &["apply", &file.to_string_lossy()]);
     let before = stack.witness();
@@ -238,9 +239,10 @@ fn a_component_that_is_slow_to_activate_does_not_keep_another_from_healing() {
         .component("sink", "Printer")
         .with("manager", "b")
         .connect("source.out", "sink.in")
-        .component("slow", "Faulty")
+        .component("slow", "Misbehaving")
         .with("manager", "c")
-        .parameter("activation_ms", "9000");
+        .parameter("fault", "slow-activate")
+        .parameter("seconds", "9");
     let file = stack.write("slow.xml", profile.xml());
     let mut command = stack.command(&["apply", &file.to_string_lossy()]);
     let mut apply = command.spawn().expect("rtsctl starts");

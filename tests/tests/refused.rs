@@ -1,11 +1,11 @@
-//! Faulty systems: refused before anything is touched, or blocked with a reason while the rest comes up.
+//! Systems with faults: refused before anything is touched, or blocked with a reason while the rest comes up.
 
 use rts_tests::{Said, Stack};
 use serde_json::Value;
 
 const HELLO: &str = "manifests/hello/system.xml";
 
-/// Applies a faulty file beside a running system: exit 3, nothing that runs changes, and the message is the snapshot.
+/// Applies a bad file beside a running system: exit 3, nothing that runs changes, and the message is the snapshot.
 #[track_caller]
 fn refused(file: &str) -> String {
     let stack = Stack::new();
@@ -103,8 +103,8 @@ fn a_module_that_fails_at_dlopen_blocks_its_component() {
 #[test]
 fn a_module_that_fails_at_init_blocks_its_component() {
     let stack = Stack::new();
-    let mode = r#"<rts:ConfigurationData rts:name="mode" rts:data="fail_initialize"/>"#;
-    let file = stack.write("pair.xml", pair("Faulty", mode));
+    let fault = r#"<rts:ConfigurationData rts:name="fault" rts:data="error-initialize"/>"#;
+    let file = stack.write("pair.xml", pair("Misbehaving", fault));
     let (err, reason) = blocked(&stack, &file);
     assert!(
         err.contains("Bad0") && err.contains("on_initialize"),
@@ -112,7 +112,7 @@ fn a_module_that_fails_at_init_blocks_its_component() {
     );
     assert!(reason.contains("on_initialize"), "{reason}");
     // Mended, it comes up.
-    let file = stack.write("pair.xml", pair("Faulty", ""));
+    let file = stack.write("pair.xml", pair("Misbehaving", ""));
     stack.expect(0, &["apply", &file.to_string_lossy()]);
     stack.leaves_nothing();
 }
