@@ -7,7 +7,7 @@ use rts_controller_api::{ClientError, Problem};
 pub enum Exit {
     /// Done; no difference.
     Ok,
-    /// Only: differences or problems were found.
+    /// Only: differences or problems were found; a simulation did not come to what is desired.
     Different,
     /// The command line is wrong, or names something that is not there; or the output cannot be written.
     Usage,
@@ -67,7 +67,7 @@ impl Exit {
         match code {
             "would-restart" => return Exit::Refused,
             // A name on the command line.
-            "unknown-target" => return Exit::Usage,
+            "unknown-target" | "bad-fault" | "bad-limit" => return Exit::Usage,
             // It was asked to do what it can do, and did not.
             "component-failed" => return Exit::Partly,
             "deadline" => return Exit::Deadline,
@@ -98,6 +98,7 @@ mod tests {
         assert_eq!(exit(409, "stale-plan"), 7);
         assert_eq!(exit(409, "would-restart"), 9);
         assert_eq!(exit(422, "unknown-target"), 2);
+        assert_eq!(exit(422, "bad-fault"), 2);
         assert_eq!(exit(412, "stale"), 7);
         assert_eq!(exit(401, "unauthorised"), 8);
         assert_eq!(exit(403, "forbidden"), 8);

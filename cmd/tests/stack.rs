@@ -132,3 +132,66 @@ fn a_watch_that_nobody_reads_ends_though_nothing_changes() {
         assert_eq!(status.code(), Some(141), "{args:?}");
     }
 }
+
+#[test]
+fn a_change_is_played_through_and_nothing_is_changed() {
+    let stack = up();
+    let fault = "agent local drops at 1s for 10s";
+    let simulate = ["plan", "--simulate", "nothing.xml", "--fault", fault];
+    let (code, stdout, stderr) = stack.run(&simulate);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    for said in [
+        &format!("fault: {fault}\n"),
+        " NodeUnknown ",
+        " FaultOver ",
+        " NodeReady ",
+        "(seed 1)",
+    ] {
+        assert!(stdout.contains(said), "{said} is missing in {stdout}");
+    }
+    assert_eq!(stack.run(&simulate).1, stdout, "the same again");
+    let (_, systems, _) = stack.run(&["get", "systems", "-o", "json"]);
+    assert!(!systems.contains("nothing"), "{systems}");
+    let log = std::fs::read_to_string(stack.home().join("logs/controller.log"));
+    assert!(
+        !log.unwrap().contains("no heartbeat"),
+        "nothing of it is in the log"
+    );
+}
+
+#[test]
+fn a_simulation_that_does_not_converge_is_1_and_a_fault_that_cannot_be_is_2() {
+    let stack = up();
+    let simulate = |fault: &str| {
+        let args = [
+            "plan",
+            "--simulate",
+            "nothing.xml",
+            "--limit",
+            "30",
+            "--fault",
+            fault,
+        ];
+        stack.run(&args)
+    };
+    let (code, stdout, stderr) = simulate("controller crashes at 1s");
+    assert_eq!(code, 1, "{stdout}{stderr}");
+    assert!(
+        stdout.contains("undone: controller: it is down"),
+        "{stdout}"
+    );
+    let (code, stdout, stderr) = simulate("agent mars drops");
+    assert_eq!((code, stdout.as_str()), (2, ""), "{stderr}");
+    assert!(
+        stderr.starts_with("Faults:\n  agent NODE drops "),
+        "{stderr}"
+    );
+    assert!(
+        stderr.contains("(local), found `mars` at character 7"),
+        "{stderr}"
+    );
+    let (code, _, stderr) = stack.run(&["plan", "nothing.xml", "--fault", "agent local drops"]);
+    assert_eq!(code, 2, "only with --simulate: {stderr}");
+    let (code, _, stderr) = stack.run(&["plan", "--simulate", "nothing.xml", "-o", "dot"]);
+    assert_eq!(code, 2, "{stderr}");
+}

@@ -49,7 +49,7 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// Takes a greeting. True when it is a new session.
+    /// Takes a greeting. True when it is a new session, or the node was unknown until now.
     pub fn greet(
         &self,
         node: &str,

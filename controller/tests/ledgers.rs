@@ -177,6 +177,24 @@ async fn a_restored_store_drops_what_was_torn_down_since() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_restored_store_takes_down_what_it_was_told_to_before_it_took_it_in() {
+    let (cluster, agent) = converged().await;
+    let backup = cluster.stored();
+    let mut changed = systems::hello();
+    changed.components[0].execution_context.rate = Some(25.0);
+    cluster.apply(changed).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    agent.deafen("ledger", true);
+    let cluster = meets(cluster, restored(backup, 2, false));
+    rts_controller::delete(&cluster.core, "hello", None)
+        .await
+        .unwrap();
+    agent.deafen("ledger", false);
+    cluster.until("hello", |s| s.is_none()).await;
+    assert!(agent.inventory_now().managers.is_empty());
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_restored_store_wins_when_it_was_told_to() {
     let (cluster, agent) = converged().await;
     let backup = cluster.stored();

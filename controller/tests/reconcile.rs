@@ -378,3 +378,17 @@ async fn what_nobody_will_try_again_has_no_next_try() {
     assert!(printer.reason.starts_with("in Error"), "{}", printer.reason);
     assert_eq!(status.phase, Phase::Degraded);
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_node_that_greets_again_in_its_old_session_is_said_to_be_back() {
+    let (cluster, agent) = Cluster::hello();
+    assert_eq!(cluster.told("NodeReady").len(), 1);
+    let greet = || rts_controller::greet(&cluster.core, "local", fleet::greeting(&agent, "s1"));
+    greet().unwrap();
+    assert_eq!(cluster.told("NodeReady").len(), 1, "it was not away");
+    agent.silence(true);
+    tokio::time::sleep(Duration::from_secs(5)).await;
+    assert_eq!(cluster.told("NodeUnknown").len(), 1);
+    greet().unwrap();
+    assert_eq!(cluster.told("NodeReady").len(), 2);
+}

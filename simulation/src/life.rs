@@ -2,9 +2,10 @@
 //! return, and nothing from outside reaches it. What its tasks still think does not matter to anybody.
 
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use tokio::sync::watch;
+use tokio::sync::Notify;
 
 /// One life of one program. Clones are the same life.
 #[derive(Clone)]
@@ -13,7 +14,9 @@ pub struct Life(Arc<Inner>);
 struct Inner {
     host: String,
     number: u32,
-    dead: watch::Sender<bool>,
+    dead: AtomicBool,
+    /// Wakes those who wait for the crash in the order in which they came; a `watch` channel wakes them in any.
+    crashed: Notify,
     /// Calls to the outside until it crashes.
     fuse: Mutex<Option<u64>>,
 }
@@ -30,7 +33,8 @@ impl Life {
         Self(Arc::new(Inner {
             host: host.into(),
             number,
-            dead: watch::Sender::new(false),
+            dead: AtomicBool::new(false),
+            crashed: Notify::new(),
             fuse: Mutex::new(None),
         }))
     }
@@ -47,12 +51,13 @@ impl Life {
 
     /// True after its crash.
     pub fn is_over(&self) -> bool {
-        *self.0.dead.borrow()
+        self.0.dead.load(Ordering::SeqCst)
     }
 
     /// The crash, now.
     pub fn end(&self) {
-        self.0.dead.send_replace(true);
+        self.0.dead.store(true, Ordering::SeqCst);
+        self.0.crashed.notify_waiters();
     }
 
     /// Lets it crash when it comes to its `calls`th passage to or from the outside, the first being 1.
@@ -62,9 +67,10 @@ impl Life {
 
     /// Waits for the crash.
     pub async fn over(&self) {
-        let mut dead = self.0.dead.subscribe();
-        // The sender lives as long as we do.
-        let _ = dead.wait_for(|dead| *dead).await;
+        let crashed = self.0.crashed.notified();
+        if !self.is_over() {
+            crashed.await;
+        }
     }
 
     /// A passage to or from the outside: the crash may come here. Never returns in a life that is over.
@@ -99,6 +105,7 @@ impl Life {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
     use std::time::Duration;
 
     use tokio::time::{sleep, timeout};
@@ -125,10 +132,10 @@ mod tests {
         for (calls, effects) in [(1, 0), (2, 1), (3, 1), (4, 2)] {
             let life = Life::new("node1", 1);
             life.burn(calls);
-            let done = std::sync::atomic::AtomicU32::new(0);
+            let done = AtomicU32::new(0);
             let work = async {
                 for _ in 0..2 {
-                    let effect = async { done.fetch_add(1, std::sync::atomic::Ordering::SeqCst) };
+                    let effect = async { done.fetch_add(1, Ordering::SeqCst) };
                     life.call(effect).await;
                 }
             };

@@ -3,6 +3,7 @@
 //! The tests are in `tests/`; this library is their harness. Programs and modules are those beside the test in the
 //! target folder.
 
+pub mod chaos;
 mod daemons;
 mod processes;
 mod profile;
@@ -199,10 +200,14 @@ pub fn root() -> PathBuf {
         .to_owned()
 }
 
-/// The folder of the built programs and modules: two above the test program.
+/// The folder of the built programs and modules: that of this program, and the one above it for a test.
 pub fn programs() -> PathBuf {
-    let test = std::env::current_exe().expect("the test's own path");
-    test.ancestors().nth(2).expect("a target folder").to_owned()
+    let own = std::env::current_exe().expect("the program's own path");
+    let folder = own.parent().expect("a folder");
+    match folder.ends_with("deps") {
+        true => folder.parent().expect("a target folder").to_owned(),
+        false => folder.to_owned(),
+    }
 }
 
 /// A built program.

@@ -330,9 +330,9 @@ fn a_teardown_ends_whatever_a_component_does_then() {
     let cases = [
         // Fault, seconds, event.
         "ignore-deactivate 6 ComponentError on_deactivated: told to fail on_deactivated",
-        "hang-deactivate 25 DeactivateFailed has been in on_deactivated for 10",
-        "hang-shutdown 25 DeleteFailed has been in on_shutdown for 10",
-        "hang-finalize 25 DeleteFailed has been in on_finalize for 10",
+        "hang-deactivate 14 DeactivateFailed has been in on_deactivated for 5",
+        "hang-shutdown 14 DeleteFailed has been in on_shutdown for 5",
+        "hang-finalize 14 DeleteFailed has been in on_finalize for 5",
     ];
     all(&cases, |[fault, seconds, event, text]| {
         let lab = Lab::new(fault, &[]);
@@ -348,6 +348,68 @@ fn a_teardown_ends_whatever_a_component_does_then() {
         lab.stack.leaves_nothing();
         assert!(family(&lab.stack).is_empty());
     });
+}
+
+#[test]
+fn a_teardown_waits_no_longer_than_the_policy_of_what_hangs() {
+    let cases = ["hang-execute", "hang-deactivate", "hang-finalize"];
+    all(&cases, |[fault]| {
+        let policies = [&PATIENCE[1..], &[("onHang", "restart")]].concat();
+        let mut lab = Lab::new(fault, &policies);
+        // A second after it is Active, at which the teardown is asked for.
+        lab.set(fault, &[("after", "1")]);
+        lab.apply(0);
+        let process = lab.stack.witness().of(BAD).pid;
+        std::thread::sleep(Duration::from_secs(1));
+        lab.ends_within(SOON);
+        assert!(!alive(process), "{fault}");
+        assert!(family(&lab.stack).is_empty());
+    });
+}
+
+#[test]
+fn a_reset_that_hangs_is_no_longer_waited_for_than_its_policy_allows() {
+    let policies = [ONCE, &[("resetOnError", "true")]].concat();
+    let lab = Lab::new("hang-reset", &policies);
+    lab.apply(0);
+    let begun = Instant::now();
+    lab.stack
+        .until("components", "its process is replaced", |all| {
+            let is = |c: &Value| c["metadata"]["name"] == BAD && c["status"]["restarts"] == 1;
+            all.iter().any(is)
+        });
+    let took = begun.elapsed();
+    assert!(took < Duration::from_secs(8), "{took:?}");
+    lab.event("ManagerExpired", "on_reset for longer than 1 s");
+    lab.event("ResetFailed", "has been in on_reset for 1.");
+    lab.ends_within(SOON);
+}
+
+#[test]
+fn a_rate_that_it_refuses_leads_to_error() {
+    let lab = Lab::new("error-rate-changed", &[]);
+    lab.apply(0);
+    let text = std::fs::read_to_string(&lab.file).expect("the profile");
+    let begin = format!(r#"rts:instanceName="{BAD}""#);
+    let own = text.find(&begin).expect("the component");
+    let (before, own) = text.split_at(own);
+    let changed = format!(
+        "{before}{}",
+        own.replacen(r#"rts:rate="100.0""#, r#"rts:rate="50.0""#, 1)
+    );
+    assert_ne!(changed, text, "it has a rate");
+    std::fs::write(&lab.file, changed).expect("the profile is written");
+    let said = lab.apply(5);
+    assert!(
+        said.err.contains("told to fail on_rate_changed"),
+        "{said:#?}"
+    );
+    lab.until("Error", "told to fail on_rate_changed");
+    lab.event("ComponentError", "told to fail on_rate_changed");
+    assert_eq!(lab.stack.witness().of(BAD).info.rate, 50.0);
+    // The same again does not pass for well.
+    lab.apply(5);
+    lab.ends_within(SOON);
 }
 
 #[test]
@@ -412,6 +474,28 @@ fn a_flood_drowns_nobody_and_every_sample_is_accounted_for() {
         "a parameter is set in place"
     );
     lab.neighbours_are_kept(&before);
+    lab.ends_within(SOON);
+}
+
+#[test]
+fn what_an_in_port_drops_is_shown_at_its_connector() {
+    let lab = Lab::new("error-execute", &[]);
+    lab.apply(0);
+    lab.until("Error", "told to fail on_execute");
+    let status = |all: &[Value]| {
+        let mut all = all.iter();
+        let connector = all.find(|c| c["metadata"]["name"] == "Source0.out-Misbehaving0.in");
+        connector.map_or(Value::Null, |c| c["status"].clone())
+    };
+    // Nobody reads any more: its queue is full, and each new sample drops an old one.
+    let seen = lab.stack.until("connectors", "drops are shown", |all| {
+        status(all)["drops"].as_u64() > Some(20)
+    });
+    let [sent, received, drops] =
+        ["samplesSent", "samplesReceived", "drops"].map(|key| status(&seen)[key].as_u64());
+    let waiting = sent.zip(received).zip(drops);
+    let waiting = waiting.map(|((sent, received), drops)| sent - received - drops);
+    assert!(waiting <= Some(80), "{seen:#?}");
     lab.ends_within(SOON);
 }
 

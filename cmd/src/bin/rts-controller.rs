@@ -3,10 +3,12 @@
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use rts_controller::restore::{check, restore};
+use rts_simulation::user::UserSimulator;
 use rtsctl::error::chain;
 
 /// Keeps systems of RT-Components as they were applied
@@ -70,7 +72,7 @@ fn main() -> ExitCode {
 
 fn run(home: PathBuf, local_node: String) -> anyhow::Result<()> {
     let config = rts_controller::Config { home, local_node };
-    rts_controller::run(&config).context("rts-controller ends")
+    rts_controller::run(&config, Arc::new(UserSimulator)).context("rts-controller ends")
 }
 
 fn restored(command: Command) -> anyhow::Result<()> {

@@ -1,9 +1,12 @@
 //! `rtsctl plan`.
 
+mod simulate;
+
 use std::path::PathBuf;
 
 use rts_controller_api::client::Controller;
 use rts_controller_api::requests::PlanResult;
+use rts_simulation::words::GRAMMAR;
 
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -12,12 +15,19 @@ use crate::saved::SavedPlan;
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat, PlanFormatArgs, View};
 
+use self::simulate::SimulateArgs;
+
 /// Show what apply would do, step by step; nothing changes
 ///
 /// `+` is added, `~` changed in place, `-` removed, `!` stopped and made again. Exits 0 whether there is anything to do or
 /// not.
+///
+/// With --simulate it is played through: the controller and the agents of this version work on a simulation of the whole
+/// cluster, whose network, disks, clocks and processes fail as --fault says. Exits 0 when the system came to be as it is
+/// desired, 1 when not.
 #[derive(Debug, clap::Args)]
 #[command(
+    after_long_help = GRAMMAR,
     override_usage = "rtsctl plan [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl plan [OPTIONS] -f FILE [-f OVERLAY]..."
 )]
 pub struct Args {
@@ -36,6 +46,9 @@ pub struct Args {
     /// What must be true.
     #[command(flatten)]
     expect: ExpectArgs,
+    /// Playing it through.
+    #[command(flatten)]
+    simulate: SimulateArgs,
 }
 
 /// What must be true for a system to be applied.
@@ -52,8 +65,12 @@ pub struct ExpectArgs {
 /// Prints the plan.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let input = args.input.load(&session.out)?;
-    let controller = session.connect().await?;
     let format = args.format.output;
+    args.simulate.check(format)?;
+    let controller = session.connect().await?;
+    if args.simulate.simulate {
+        return simulate::run(&args.simulate, &input, format, &controller, session).await;
+    }
     let result = show(&input, format, args.steps, &controller, session).await?;
     args.expect.check(&input, &result)?;
     if let Some(path) = &args.out {

@@ -9,5 +9,6 @@ pub mod plan;
 pub mod progress;
 #[cfg(test)]
 pub mod samples;
+pub mod simulated;
 pub mod stream;
 pub mod table;

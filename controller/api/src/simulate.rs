@@ -26,7 +26,10 @@ pub struct SimulateRequest {
     /// As [`ApplyRequest::targets`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub targets: Vec<String>,
-    /// Faults in words (`agent node2 crashes at step 5 for 3s`).
+    /// Faults in words (`agent node2 crashes at step 5 for 3s`). What is said: `agent NODE drops|crashes`, `controller
+    /// crashes`, `HOST cannot reach HOST`, `node NODE reboots`, `manager NAME dies|hangs [on NODE]`, `managers on NODE fail
+    /// to start`, `module TYPE fails [on NODE]`, `component NAME misbehaves HOW`, `network loses P% doubles P% delays TIME`,
+    /// `disk of HOST fails|is slow TIME`, `clock of HOST jumps TIME`; then `at step N` or `at TIME`, and `for TIME`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
     /// All chance follows from it: with the same one the same happens. [`DEFAULT_SEED`] when there is none.

@@ -236,12 +236,16 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
 }
 
 /// Instances of a ledger that would be made anew, or end: another node, another manager, another hash. What an older part
-/// has is another part's to say.
+/// has is another part's to say, and the end of a system whose deletion was asked for is no disturbance.
 pub fn disturbed(import: &Import, placed: &Placed, spec: &NodeSpec) -> Vec<String> {
     let here = placed.desired.nodes.get(&spec.node);
     let mut found = Vec::new();
     let newest = |part: &&NodeSystem| !import.older.contains(&part.system.name);
-    for part in spec.systems.iter().filter(newest) {
+    let stays = |part: &&NodeSystem| {
+        let record = import.records.get(&part.system.name);
+        record.is_none_or(|record| record.uid != part.system.uid || record.deleted.is_none())
+    };
+    for part in spec.systems.iter().filter(newest).filter(stays) {
         let now = here.and_then(|here| here.systems.iter().find(|s| s.system == part.system));
         for component in &part.components {
             let mut now = now.into_iter().flat_map(|now| &now.components);

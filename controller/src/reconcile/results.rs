@@ -8,8 +8,20 @@ use super::deaths;
 use crate::core::Core;
 use crate::view::Happening;
 
-/// Takes in the end of a step. A failure for a generation that is not `current` any more holds nothing up.
-pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, current: bool) {
+/// What a step was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MadeFor {
+    /// What is desired now.
+    Now,
+    /// An older generation of its system: its failure holds nothing up.
+    OlderGeneration,
+    /// A NodeSpec that was replaced, perhaps for another system's sake: its agent starts nothing of it any more. That is
+    /// no failure, and whether the step had failed otherwise is not known: it is planned again at once.
+    ReplacedSpec,
+}
+
+/// Takes in the end of a step.
+pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, made_for: MadeFor) {
     let key = target::on(&step.node, &step.target);
     let kind = step.work.kind();
     match outcome {
@@ -21,12 +33,17 @@ pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, current: bool) {
                 core.record(event);
             }
         }
+        StepOutcome::Failed { reason } if made_for == MadeFor::ReplacedSpec => {
+            core.metrics.step(kind, "skipped");
+            let (target, node) = (&step.target, &step.node);
+            tracing::info!(step = kind, target, node, reason, "step planned again");
+        }
         StepOutcome::Failed { reason } => {
             core.metrics.step(kind, "failed");
             let system = step.system.as_ref().map(|s| s.name.as_str());
             let now = core.clock.now();
             let rng = core.rng.as_ref();
-            let again = if current {
+            let again = if made_for == MadeFor::Now {
                 let delay = core.backoff().failed(&key, system, reason, rng, now);
                 format!("tried again in {:.1} s", delay.as_secs_f64())
             } else {

@@ -14,7 +14,8 @@ use super::by_system::by_system;
 use super::node_specs::NodeSpecs;
 use super::side::{Unfinished, beside};
 use super::slots::{Left, Slots, system_of};
-use super::{SLOW_TICK, Stamp, results};
+use super::results::{self, MadeFor};
+use super::{SLOW_TICK, Stamp};
 use crate::core::{Core, RunState};
 use crate::execute::{Executor, Peer, StartTimeouts};
 
@@ -88,6 +89,8 @@ struct Run {
     /// What the system was told to be when it was planned.
     stamp: Option<Stamp>,
     peers: BTreeMap<String, Peer>,
+    /// Node → generation of the NodeSpec that its steps are for.
+    generations: BTreeMap<String, u64>,
     absent: BTreeMap<String, String>,
     starts: StartTimeouts,
     desired: watch::Receiver<u64>,
@@ -191,11 +194,14 @@ impl Runs {
             };
             let Some(plan) = plan else { continue };
             let absent = self.core.world().faults.clone();
+            let peers = self.peers(&plan, specs);
+            let generations = peers.iter().map(|(n, peer)| (n.clone(), peer.generation));
             let run = Run {
                 core: Arc::clone(&self.core),
                 key: key.clone(),
                 stamp: stamps.get(&system).copied(),
-                peers: self.peers(&plan, specs),
+                generations: generations.collect(),
+                peers,
                 starts: self.core.start_timeouts(&system),
                 absent,
                 desired: self.core.watch_desired(),
@@ -252,8 +258,8 @@ impl Run {
                 }
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
-                        let current = self.is_current();
-                        results::take(&self.core, step, &outcome, current);
+                        let made_for = self.made_for(&step.node);
+                        results::take(&self.core, step, &outcome, made_for);
                         // What was told before says nothing about it.
                         self.core.sessions.doubt(&step.node);
                     }
@@ -273,10 +279,14 @@ impl Run {
         let steps = self.plan.steps.iter();
         let work = steps.map(|step| (step.work.kind(), step.target.clone()));
         let mut outcomes = run.progress.ended.values();
+        // That an agent takes no more steps for a spec that was replaced is no fault of its node.
+        let mut faults = run.faults.clone();
+        faults.retain(|node, _| !self.is_replaced(node));
+        let replaced = self.generations.keys().any(|node| self.is_replaced(node));
         let ended = Ended {
             succeeded: outcomes.any(|outcome| *outcome == StepOutcome::Succeeded),
-            superseded: self.desired.has_changed().unwrap_or(false),
-            faults: run.faults.clone(),
+            superseded: replaced || self.desired.has_changed().unwrap_or(false),
+            faults,
             work: work.collect(),
             key: self.key.clone(),
         };
@@ -285,9 +295,25 @@ impl Run {
         ended
     }
 
-    /// True while the system is still at the generation that this run is for.
-    fn is_current(&self) -> bool {
-        super::stamps(&self.core).get(system_of(&self.key)) == self.stamp.as_ref()
+    /// What a step that ends now was made for.
+    fn made_for(&self, node: &str) -> MadeFor {
+        let stamps = super::stamps(&self.core);
+        if self.is_replaced(node) {
+            MadeFor::ReplacedSpec
+        } else if stamps.get(system_of(&self.key)) == self.stamp.as_ref() {
+            MadeFor::Now
+        } else {
+            MadeFor::OlderGeneration
+        }
+    }
+
+    /// True when the node has been given a newer NodeSpec than this run's, perhaps for another system's sake: what had
+    /// not started there is planned again.
+    fn is_replaced(&self, node: &str) -> bool {
+        let registry = self.core.registry();
+        let given = registry.nodes.get(node);
+        let own = self.generations.get(node);
+        given.zip(own).is_some_and(|(given, own)| given.generation > *own)
     }
 
     fn show(&self, running: &[u32], ended: &BTreeMap<u32, StepOutcome>) {

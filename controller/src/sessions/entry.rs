@@ -126,7 +126,7 @@ impl NodeEntry {
         }
     }
 
-    /// Takes another session's greeting, or the same one's once more. True when it is another.
+    /// Takes another session's greeting, or the same one's once more. True when it is another, or was given up.
     pub(super) fn take_over(
         &mut self,
         node: &str,
@@ -136,13 +136,15 @@ impl NodeEntry {
         if self.superseded.contains(&session.id) {
             return Err(superseded(node, &session.id));
         }
-        let fresh = self.session.id != session.id;
+        if self.session.id == session.id {
+            let lost = self.lost;
+            self.greeted_again(session, inventory);
+            return Ok(lost);
+        }
         let old = std::mem::replace(&mut self.session, session);
-        if fresh {
-            self.superseded.push_back(old.id);
-            if self.superseded.len() > SUPERSEDED {
-                self.superseded.pop_front();
-            }
+        self.superseded.push_back(old.id);
+        if self.superseded.len() > SUPERSEDED {
+            self.superseded.pop_front();
         }
         self.lost = false;
         self.silent = None;
@@ -150,7 +152,25 @@ impl NodeEntry {
         self.inventory = inventory;
         self.told = Some(Instant::now());
         self.doubts += 1;
-        Ok(fresh)
+        Ok(true)
+    }
+
+    /// The live session greets once more. What was done since it said so may have overtaken it on its way: all is asked
+    /// for again, and one that is older than what is known changes nothing.
+    fn greeted_again(&mut self, session: Session, inventory: Inventory) {
+        if inventory.revision >= self.inventory.revision {
+            let newest = self.session.revision.max(session.revision);
+            self.session = session;
+            self.session.revision = newest;
+            self.inventory = inventory;
+        } else {
+            self.session.alive = session.alive;
+            self.session.seen = session.seen;
+        }
+        self.lost = false;
+        self.silent = None;
+        self.failures = 0;
+        self.doubt();
     }
 
     /// Takes a heartbeat of its session. True when the inventory has another revision.

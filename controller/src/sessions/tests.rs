@@ -177,6 +177,29 @@ async fn what_an_old_session_still_says_does_not_touch_the_new_one() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_greeting_that_was_overtaken_brings_nothing_back() {
+    let sessions = Sessions::default();
+    let agent = || Arc::new(http_agent("/nowhere").unwrap());
+    let again = |revision: u64| {
+        let mut greeting = greeting("a");
+        greeting.inventory = inventory(revision);
+        let now = Timestamp::UNIX_EPOCH;
+        sessions.greet("n", greeting, agent(), "uid".into(), now)
+    };
+    assert!(again(3).unwrap());
+    assert_eq!(known(&sessions), Some(3));
+    ask(&sessions, 5);
+    assert!(!again(3).unwrap());
+    assert_eq!(sessions.get("n").unwrap().inventory, inventory(5));
+    // Also one that knows nothing newer may be older than what was done since.
+    assert_eq!(known(&sessions), None, "all is asked for again");
+    ask(&sessions, 5);
+    assert!(!again(6).unwrap());
+    assert_eq!(known(&sessions), None);
+    assert_eq!(sessions.get("n").unwrap().inventory, inventory(6));
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_newest_session_wins_and_the_old_one_is_told() {
     let sessions = Sessions::default();
     assert_eq!(beat(&sessions, "a", 0), Err(404));

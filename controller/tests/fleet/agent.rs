@@ -46,6 +46,10 @@ pub struct State {
     pub deaf: BTreeSet<&'static str>,
     /// A new spec ends what is held.
     pub lets_go: bool,
+    /// The word that a spec was replaced comes late: a step that starts finds it out.
+    pub hears_late: bool,
+    /// Time until a batch is looked at.
+    pub accept_time: Duration,
     pub step_time: Duration,
     /// `KIND target` → how long that takes.
     pub slow_steps: BTreeMap<String, Duration>,
@@ -309,6 +313,10 @@ impl AgentApi for Handle {
 
     async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {
         self.0.answer().await;
+        let accept_time = self.0.state.lock().unwrap().accept_time;
+        if !accept_time.is_zero() {
+            tokio::time::sleep(accept_time).await;
+        }
         let held = self
             .0
             .state

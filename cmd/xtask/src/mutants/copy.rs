@@ -118,7 +118,8 @@ fn sources() -> Result<BTreeSet<PathBuf>> {
         .split('\0')
         .filter(|name| !name.is_empty())
         .map(PathBuf::from);
+    // The copy lies below the sources, whose settings of cargo hold for it too; twice the same would be other settings.
     Ok(files
-        .filter(|file| project::root().join(file).is_file())
+        .filter(|file| !file.starts_with(".cargo") && project::root().join(file).is_file())
         .collect())
 }

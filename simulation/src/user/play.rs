@@ -1,0 +1,321 @@
+//! The story: everything comes up, the change is applied, the faults come, until all is well again or the time is over.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use futures_util::future::{BoxFuture, join_all};
+use rts_agent_api::ClientError;
+use rts_controller::Core;
+use rts_controller::simulator::Scenario;
+use rts_controller_api::Problem;
+use rts_controller_api::objects::{Event, Node};
+use rts_controller_api::requests::ApplyResult;
+use rts_controller_api::simulate::Simulated;
+use tokio::time::{Instant, sleep};
+
+use super::end::{Wanted, converged, end};
+use super::record::Record;
+use super::world::World;
+use super::{programs, strike};
+use crate::faults::{Fault, Timed, When};
+use crate::fleet::SimUser;
+use crate::words::{self, CONTROLLER};
+
+/// Time for all that is stored to come up.
+const COME_UP: Duration = Duration::from_secs(120);
+/// How long it must stay well: what was lost is noticed in this time.
+const SETTLED: Duration = Duration::from_secs(15);
+/// How often it is looked at everything.
+const LOOK: Duration = Duration::from_millis(20);
+/// Time between two tries to apply.
+const AGAIN: Duration = Duration::from_millis(500);
+
+/// Plays a scenario through.
+pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, Problem> {
+    let failed = |e: &dyn std::error::Error| Problem::internal(e.to_string());
+    let world = World::new(scenario).await.map_err(|e| failed(&e))?;
+    let record = Record::new();
+    world.truth.show(record.clone());
+    for host in world.nodes.keys().map(String::as_str).chain([CONTROLLER]) {
+        tokio::spawn(programs::run(Arc::clone(&world), host.to_owned()));
+    }
+    let mut story = Story {
+        wanted: Wanted {
+            systems: scenario.before.systems.keys().cloned().collect(),
+            applied: Some(Default::default()),
+        },
+        notes: scenario.notes.clone(),
+        seen: Seen::default(),
+        world,
+        record,
+    };
+    story.come_up(scenario).await?;
+    story.world.update_modules();
+    let waits = Arc::new(AtomicUsize::new(0));
+    // What was said of the begin is not told.
+    story.drain();
+    story.record.begin(story.world.truth.now());
+    let begin = Instant::now();
+    for (text, faults) in words::groups(&faults) {
+        story.arm(begin, text, faults, &waits);
+    }
+    // What strikes at once does so before the apply.
+    tokio::task::yield_now().await;
+    story.run(scenario, &faults, begin, &waits).await
+}
+
+/// Everything of one run.
+struct Story {
+    world: Arc<World>,
+    record: Record,
+    wanted: Wanted,
+    notes: Vec<String>,
+    seen: Seen,
+}
+
+/// Events of the controller that were taken over.
+#[derive(Default)]
+struct Seen {
+    /// Of which controller.
+    life: Option<usize>,
+    revision: u64,
+}
+
+impl Story {
+    /// Waits until what is stored runs, and every node is there.
+    async fn come_up(&mut self, scenario: &Scenario) -> Result<(), Problem> {
+        let end = Instant::now() + COME_UP;
+        while Instant::now() < end {
+            going_on(scenario)?;
+            if let Some(core) = self.world.hosts.controller() {
+                let nodes = core.view.list::<Node>().items;
+                let ready = nodes
+                    .iter()
+                    .filter(|node| node.status.state == "Ready")
+                    .count();
+                if ready == self.world.nodes.len() && converged(&core, &self.wanted) {
+                    return Ok(());
+                }
+            }
+            sleep(LOOK).await;
+        }
+        let seconds = COME_UP.as_secs();
+        self.notes.push(format!(
+            "what is stored did not come up within {seconds} s of simulated time; the simulation begins with that"
+        ));
+        Ok(())
+    }
+
+    /// Lets faults strike when their time comes. Those whose end must be waited for are counted.
+    fn arm(&self, begin: Instant, text: String, faults: &[Timed], waits: &Arc<AtomicUsize>) {
+        let Some(when) = faults.first().map(|timed| timed.when) else {
+            return;
+        };
+        let faults: Vec<Fault> = faults.iter().map(|timed| timed.fault.clone()).collect();
+        let (world, record) = (Arc::clone(&self.world), self.record.clone());
+        let waits = Arc::clone(waits);
+        if matches!(when, When::At(_)) {
+            waits.fetch_add(1, Ordering::Relaxed);
+        }
+        tokio::spawn(async move {
+            match when {
+                When::At(at) => tokio::time::sleep_until(begin + at).await,
+                When::Step(step) => {
+                    record.step(step).await;
+                    waits.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+            record.tell(world.truth.now(), "fault", "Fault", text.clone());
+            // What never ends is not waited for.
+            let for_ever = faults.iter().any(strike::lasts_for_ever);
+            if for_ever {
+                waits.fetch_sub(1, Ordering::Relaxed);
+            }
+            let strikes = faults.iter().map(|fault| strike::strike(&world, fault));
+            if join_all(strikes).await.contains(&true) {
+                record.tell(world.truth.now(), "fault", "FaultOver", text);
+            }
+            if !for_ever {
+                waits.fetch_sub(1, Ordering::Relaxed);
+            }
+        });
+    }
+
+    async fn run(
+        mut self,
+        scenario: &Scenario,
+        faults: &[Timed],
+        begin: Instant,
+        waits: &AtomicUsize,
+    ) -> Result<Simulated, Problem> {
+        let name = scenario.request.spec.name.clone();
+        self.wanted.systems.insert(name);
+        self.wanted.applied = None;
+        let mut applying = Box::pin(apply(
+            Arc::clone(&self.world),
+            self.record.clone(),
+            scenario,
+        ));
+        let mut plan = rts_plan::plan::Plan::default();
+        let mut well: Option<Instant> = None;
+        loop {
+            going_on(scenario)?;
+            if self.wanted.applied.is_none() {
+                let answer = tokio::select! {
+                    biased;
+                    answer = &mut applying => Some(answer),
+                    () = sleep(LOOK) => None,
+                };
+                match answer {
+                    Some(Ok(result)) => {
+                        steps_are_there(faults, result.plan.steps.len())?;
+                        plan = result.plan.clone();
+                        self.record.plan(result.plan);
+                        let meta = &result.system.metadata;
+                        self.wanted.applied = Some((meta.name.clone(), meta.generation));
+                    }
+                    Some(Err(problem)) => {
+                        let text = problem.detail.clone();
+                        let object = format!("system/{}", scenario.request.spec.name);
+                        let now = self.world.truth.now();
+                        self.record.tell(now, &object, "Refused", text);
+                        break;
+                    }
+                    None => {}
+                }
+            } else {
+                sleep(LOOK).await;
+            }
+            self.drain();
+            let core = self.world.hosts.controller();
+            let good = core.is_some_and(|core| converged(&core, &self.wanted));
+            well = well.filter(|_| good).or(good.then(Instant::now));
+            let settled = well.is_some_and(|since| since.elapsed() >= SETTLED);
+            if settled && waits.load(Ordering::Relaxed) == 0 || begin.elapsed() >= scenario.limit {
+                break;
+            }
+        }
+        self.drain();
+        self.never_came(faults);
+        let core = self.world.hosts.controller();
+        let mut end = end(core.as_deref(), &self.wanted, &self.record);
+        end.converged = well.is_some();
+        end.converged_ms = well.map(|at| millis(at.duration_since(begin)));
+        end.simulated_ms = millis(begin.elapsed());
+        let (events, omitted) = self.record.events();
+        Ok(Simulated {
+            seed: scenario.seed,
+            faults: words::print_all(faults),
+            notes: self.notes,
+            plan,
+            events,
+            omitted,
+            end,
+        })
+    }
+
+    /// Takes over what the controller has recorded since the last time.
+    fn drain(&mut self) {
+        let Some(core) = self.world.hosts.controller() else {
+            return;
+        };
+        let life = Arc::as_ptr(&core) as usize;
+        if self.seen.life != Some(life) {
+            self.seen = Seen {
+                life: Some(life),
+                revision: 0,
+            };
+        }
+        if core.view.revision() <= self.seen.revision {
+            return;
+        }
+        let now = self.world.truth.now();
+        for event in core.view.events().items {
+            let revision = event.metadata.resource_version.parse().unwrap_or(0);
+            if revision > self.seen.revision && tells(&event) {
+                self.record.event(now, &event);
+            }
+        }
+        self.seen.revision = core.view.revision();
+    }
+
+    fn never_came(&mut self, faults: &[Timed]) {
+        let (events, _) = self.record.events();
+        let came: BTreeSet<&str> = events
+            .iter()
+            .filter(|event| event.reason == "Fault")
+            .map(|event| event.message.as_str())
+            .collect();
+        for text in words::print_all(faults) {
+            if !came.contains(text.as_str()) {
+                self.notes.push(format!("a fault never came: {text}"));
+            }
+        }
+    }
+}
+
+/// Of what the truth tells itself, the controller's word is not needed.
+fn tells(event: &Event) -> bool {
+    event.spec.reason != "ManagerStarted"
+}
+
+fn going_on(scenario: &Scenario) -> Result<(), Problem> {
+    match scenario.stop.is_stopped() {
+        true => Err(Problem::unavailable(
+            "stopped",
+            "nobody waits for it any more",
+        )),
+        false => Ok(()),
+    }
+}
+
+fn steps_are_there(faults: &[Timed], steps: usize) -> Result<(), Problem> {
+    for fault in faults {
+        let When::Step(step) = fault.when else {
+            continue;
+        };
+        if usize::try_from(step).is_ok_and(|step| step > steps) && steps > 0 {
+            let text = words::print(fault);
+            let detail = format!("fault `{text}`: the plan has only {steps} steps, 1 to {steps}");
+            return Err(Problem::invalid("bad-fault", detail));
+        }
+    }
+    Ok(())
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// Applies as rtsctl does, again and again while that may help.
+async fn apply(
+    world: Arc<World>,
+    record: Record,
+    scenario: &Scenario,
+) -> Result<ApplyResult, Problem> {
+    let user = SimUser::new(&world.hosts);
+    let name = scenario.request.spec.name.clone();
+    let mut told = false;
+    loop {
+        let request = scenario.request.clone();
+        let of = name.clone();
+        let work = move |core: Arc<Core>| -> BoxFuture<'static, _> {
+            let (name, request) = (of.clone(), request.clone());
+            Box::pin(async move { rts_controller::apply(&core, &name, request, None).await })
+        };
+        let why = match user.ask(work).await {
+            Ok(result) => return Ok(result),
+            Err(ClientError::Problem(problem)) if !problem.retryable => return Err(problem),
+            Err(ClientError::Problem(problem)) => problem.detail,
+            Err(error) => error.to_string(),
+        };
+        if !std::mem::replace(&mut told, true) {
+            let object = format!("system/{name}");
+            let text = format!("not applied yet, and tried again: {why}");
+            record.tell(world.truth.now(), &object, "ApplyFailed", text);
+        }
+        sleep(AGAIN).await;
+    }
+}
