@@ -153,7 +153,9 @@ impl Agent {
             && let Some(sealed) = ledger.sealed()
         {
             let spec = &sealed.envelope().spec;
-            let policies = Arc::new(Policies::of_parts(spec, sealed.parts()));
+            let mut policies = Policies::of_parts(spec, sealed.parts());
+            policies.keep_leaving(&self.policies(), |uid| self.managers.has(uid));
+            let policies = Arc::new(policies);
             *lock(&self.policies) = policies.clone();
             self.keep_restarts(spec, before.as_ref(), &policies).await;
             // What was held may be free now.
@@ -171,7 +173,7 @@ impl Agent {
         held.ok_or_else(|| Problem::not_found("this node was told nothing yet"))
     }
 
-    /// The policies of the ledger's spec.
+    /// The policies of the ledger's spec, and of what leaves.
     pub fn policies(&self) -> Arc<Policies> {
         lock(&self.policies).clone()
     }

@@ -5,6 +5,7 @@
 pub(crate) mod activate;
 mod component;
 pub(crate) mod connector;
+mod hang;
 mod in_vain;
 mod manager;
 mod module;
@@ -185,6 +186,10 @@ impl Runner<'_> {
             let task = self.running.spawn(async move {
                 let outcome = match timeout_at(end, work).await {
                     Ok(Ok(())) => StepOutcome::Succeeded,
+                    Ok(Err(e @ StepError::Replaced)) => StepOutcome::Skipped {
+                        because_of: None,
+                        reason: e.to_string(),
+                    },
                     Ok(Err(e)) => failed(format!("{what}: {e}")),
                     Err(_) => failed(format!(
                         "{what} did not end within {} ms",

@@ -22,6 +22,7 @@ use crate::managers::Manager;
 
 pub(crate) use difference::delta;
 use difference::{differences, without_counters};
+pub(crate) use hang::why_hanging;
 use merge::{View, merge};
 pub(crate) use merge::{port, system_ref};
 
@@ -206,6 +207,7 @@ async fn ask(manager: &Manager) -> View {
         started: manager.started.get().cloned().unwrap_or_default(),
         responsive: seen.responsive,
         silent: None,
+        unseen: !seen.responsive && !seen.answered,
         inventory: seen.inventory.clone(),
     }
 }

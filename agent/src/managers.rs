@@ -60,6 +60,8 @@ pub(crate) struct Manager {
 pub(crate) struct Seen {
     /// It answered in time.
     pub responsive: bool,
+    /// It has answered once: its contents are what was seen then.
+    pub answered: bool,
     /// Its contents.
     pub inventory: ManagerInventory,
     /// Incarnations that it said it has deleted, and that an answer from before may still hold.
@@ -89,6 +91,7 @@ impl Seen {
             .retain(|c| !self.deleted.contains(&c.incarnation));
         self.inventory = inventory;
         self.responsive = true;
+        self.answered = true;
     }
 }
 
@@ -111,6 +114,12 @@ impl Managers {
         let mut all = self.all();
         all.retain(|m| m.key.system.as_ref() == system);
         all
+    }
+
+    /// True while a system, by its uid, has a live manager.
+    pub fn has(&self, uid: &str) -> bool {
+        let is_of = |key: &ManagerKey| key.system.as_ref().is_some_and(|s| s.uid == uid);
+        lock(&self.live).keys().any(is_of)
     }
 
     fn remove(&self, manager: &Manager) {
@@ -151,6 +160,7 @@ impl Manager {
             link,
             seen: Mutex::new(Seen {
                 responsive: true,
+                answered: false,
                 inventory: ManagerInventory {
                     modules: Default::default(),
                     opened: Default::default(),

@@ -19,6 +19,8 @@ use crate::view::Happening;
 
 /// Time that open requests have once the program is told to end.
 const GRACE: Duration = Duration::from_secs(3);
+/// How often it is looked whether the lock is still there.
+const LOOK: Duration = Duration::from_secs(1);
 /// How often heartbeats are checked when no node is alive.
 const IDLE: Duration = Duration::from_secs(1);
 
@@ -70,7 +72,7 @@ enum Fail {
 
 fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
-    let home = Home::take(&config.home).map_err(|e| before(e.into()))?;
+    let mut home = Home::take(&config.home).map_err(|e| before(e.into()))?;
     let store =
         RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
     let inputs = Inputs {
@@ -85,14 +87,14 @@ fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
         .enable_all()
         .build()
         .map_err(|source| before(io("start the event loop", source)))?;
-    let result = runtime.block_on(serve(&home, inputs));
+    let result = runtime.block_on(serve(&mut home, inputs));
     // A request that does not end in time must not keep the program.
     runtime.shutdown_timeout(GRACE);
     home.leave();
     result
 }
 
-async fn serve(home: &Home, inputs: Inputs) -> Result<(), Fail> {
+async fn serve(home: &mut Home, inputs: Inputs) -> Result<(), Fail> {
     let loaded = Core::load(inputs).await;
     let core = loaded.map_err(|e| Fail::BeforeReady(e.into()))?;
     let before = |what| move |source| Fail::BeforeReady(io(what, source));
@@ -116,6 +118,7 @@ async fn serve(home: &Home, inputs: Inputs) -> Result<(), Fail> {
     tokio::select! {
         _ = terminate.recv() => {}
         _ = interrupt.recv() => {}
+        error = keep(home) => return Err(Fail::Later(error.into())),
         ended = &mut server => {
             let source = match ended {
                 Ok(Err(source)) => source,
@@ -131,6 +134,26 @@ async fn serve(home: &Home, inputs: Inputs) -> Result<(), Fail> {
         tracing::warn!("open requests were cut off");
     }
     Ok(())
+}
+
+/// Keeps the lock for as long as this is awaited; ends when another controller has it.
+async fn keep(home: &mut Home) -> HomeError {
+    let mut complaint = String::new();
+    loop {
+        tokio::time::sleep(LOOK).await;
+        match home.keep() {
+            Ok(()) => complaint.clear(),
+            Err(error @ HomeError::Held { .. }) => return error,
+            // It may do better the next time.
+            Err(error) => {
+                let error = crate::chain(&error);
+                if error != complaint {
+                    tracing::error!(error, "the lock of the home is lost");
+                    complaint = error;
+                }
+            }
+        }
+    }
 }
 
 /// Marks nodes whose heartbeats stopped as unknown, for ever.

@@ -180,12 +180,12 @@ impl Source {
             .chars()
             .count()
             .max(1);
-        let skip = if line.chars().count() > TEXT_LIMIT {
-            (column - 1).saturating_sub(40)
-        } else {
-            0
-        };
-        let text: String = line.chars().skip(skip).take(TEXT_LIMIT).collect();
+        // A file may be one line of a megabyte: of it only this piece is walked.
+        let cut = (line.chars().count() > TEXT_LIMIT)
+            .then(|| line[..start_in_line].char_indices().rev().nth(39))
+            .flatten();
+        let (cut_at, skip) = cut.map_or((0, 0), |(at, _)| (at, column - 1 - 40));
+        let text: String = line[cut_at..].chars().take(TEXT_LIMIT).collect();
         let room = text
             .chars()
             .count()

@@ -4,9 +4,11 @@
 
 pub mod check;
 pub mod diagnostic;
+pub mod form;
 pub mod names;
 pub mod overlay;
 pub mod placement;
+pub mod rtc_profile;
 pub mod rts_profile;
 pub mod span;
 pub mod suggest;

@@ -1,13 +1,14 @@
 //! RTS Profile (XML or YAML, versions 0.1 and 0.2): read into a mirror, then lowered to the one model; and written again
 //! from that model, as XML of version 0.2.
 
+pub mod forms;
 pub mod ior;
 mod lower;
+mod mirror;
 pub mod model;
-mod read_xml;
-mod read_yaml;
 mod write;
 
+pub use crate::form::Format;
 pub use lower::{LowerOptions, Places, lower};
 pub(crate) use lower::{
     NAME_KEY, TYPE_KEY, data_type_of, direction_of, execution_kind, is_pseudo_set, is_reversed,
@@ -17,11 +18,14 @@ pub use write::{WriteOptions, sayable, write};
 
 use std::collections::HashMap;
 
-use crate::diagnostic::{Finding, Place, Report, Source};
+use crate::diagnostic::{Place, Report, Source};
+use crate::form::{self, Around, Opened, Tree};
 use crate::overlay::{self, Overlay};
 use crate::span::Span;
 use crate::system::SystemSpec;
-use crate::{check, xml, yaml};
+use crate::xml::document::{Document, EditError};
+use crate::{check, yaml};
+use forms::{Shape, WORDS};
 use model::{Component, RtsProfile};
 
 /// A profile as the file says it, with the text to point at.
@@ -31,6 +35,10 @@ pub struct ReadProfile {
     pub source: Source,
     /// The mirror.
     pub profile: RtsProfile,
+    /// All that the file says, in the shape of its version.
+    pub shape: Shape,
+    /// What stands around the root element.
+    pub around: Around,
     /// XML or YAML.
     pub format: Format,
     /// Name of the encoding that was found (`UTF-8`).
@@ -39,15 +47,6 @@ pub struct ReadProfile {
     pub findings: Report,
     /// Instance name → index of its first component.
     instances: HashMap<String, usize>,
-}
-
-/// How a profile is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// `rts:RtsProfile`.
-    Xml,
-    /// `rtsProfile:`.
-    Yaml,
 }
 
 impl ReadProfile {
@@ -76,39 +75,61 @@ impl ReadProfile {
 /// # Errors
 /// A report with one error when the file cannot be read at all: encoding, syntax, or another kind of document.
 pub fn read(file_name: &str, bytes: &[u8]) -> Result<ReadProfile, Report> {
-    let decoded = xml::decode(file_name, bytes).map_err(|finding| alone(*finding))?;
-    let source = Source::new(file_name, decoded.text);
-    let mut findings = Report::default();
-    findings.findings.extend(decoded.warning);
-    let start = source.text().trim_start();
-    let (format, profile) = if start.is_empty() {
-        return Err(alone(
-            Finding::error("empty-file", format!("{file_name} is empty"))
-                .help("an RTS Profile starts with `<rts:RtsProfile …>` or `rtsProfile:`"),
-        ));
-    } else if start.starts_with('<') {
-        let root = xml::parse(source.text()).map_err(|error| alone(error.finding(&source)))?;
-        (
-            Format::Xml,
-            read_xml::profile(&root, &source, &mut findings),
-        )
-    } else {
-        let root = yaml::parse(&source).map_err(|finding| alone(*finding))?;
-        (
-            Format::Yaml,
-            read_yaml::profile(&root, &source, &mut findings),
-        )
+    let Opened {
+        source,
+        encoding,
+        mut findings,
+        tree,
+    } = form::open(file_name, bytes, &WORDS)?;
+    let mut shape = shape_of(&tree);
+    let (format, around) = tree.fill(shape.form_mut(), &WORDS, &source, &mut findings);
+    let profile = mirror::mirror(&shape);
+    Ok(ReadProfile {
+        instances: index(&profile),
+        source,
+        profile,
+        shape,
+        around,
+        format,
+        encoding,
+        findings,
+    })
+}
+
+/// The text of a profile in a format: canonical layout, with everything that the profile keeps.
+pub fn format(shape: &Shape, around: &Around, format: Format) -> String {
+    form::format(shape.form(), around, &WORDS, format)
+}
+
+/// The document with everything that differs between what was read from it and an edited copy; see [`form::patch`].
+///
+/// # Errors
+/// As [`form::patch`].
+pub fn patch(document: &Document, old: &Shape, new: &Shape) -> Result<Document, EditError> {
+    match (old, new) {
+        (Shape::V02(old), Shape::V02(new)) => form::patch(document, &**old, &**new, &WORDS),
+        (Shape::V01(old), Shape::V01(new)) => form::patch(document, &**old, &**new, &WORDS),
+        _ => Err(EditError::Stranger("it is of another version".to_owned())),
+    }
+}
+
+/// Version 0.1 calls a component `Component`; what an XML file says of its version is often wrong.
+fn shape_of(tree: &Tree) -> Shape {
+    let old = match tree {
+        Tree::Xml(tree) => {
+            let has = |local: &str| tree.root.elements().any(|e| e.local == local);
+            (has("Component") || tree.root.local == "RTSystemProfile") && !has("Components")
+        }
+        Tree::Yaml(node, _) => {
+            let version = node.get("version").and_then(yaml::Node::text);
+            version.is_some_and(|version| version.trimmed() == "0.1")
+                && node.get("dataPortConnectors").is_none()
+        }
     };
-    match profile {
-        Some(profile) => Ok(ReadProfile {
-            instances: index(&profile),
-            source,
-            profile,
-            format,
-            encoding: decoded.encoding,
-            findings,
-        }),
-        None => Err(findings),
+    if old {
+        Shape::V01(Box::default())
+    } else {
+        Shape::V02(Box::default())
     }
 }
 
@@ -120,12 +141,6 @@ fn index(profile: &RtsProfile) -> HashMap<String, usize> {
         }
     }
     instances
-}
-
-fn alone(finding: Finding) -> Report {
-    Report {
-        findings: vec![finding],
-    }
 }
 
 /// Reads, checks and lowers a profile, then lays the overlays over it in their order.

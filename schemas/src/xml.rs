@@ -4,12 +4,19 @@
 //! bounded, so that a hostile file costs no more than its size.
 
 mod decode;
+pub mod document;
 mod element;
+mod print;
 mod write;
 
 pub use decode::{Decoded, SIZE_LIMIT, decode};
-pub use element::{Attribute, Element, Node};
+pub use document::Document;
+pub use element::{Attribute, Element, Node, Tree};
+pub use print::{escape_attribute, escape_text, print, print_element};
 pub use write::{Tag, write};
+
+use std::collections::HashSet;
+use std::sync::Arc;
 
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
@@ -21,6 +28,12 @@ use crate::span::Span;
 
 /// Deepest nesting of elements that is read.
 pub const DEPTH_LIMIT: usize = 128;
+
+/// Most attributes of one element that are read.
+pub const ATTRIBUTE_LIMIT: usize = 512;
+
+/// Longest namespace name that is read, in bytes: every element of the namespace is compared with it.
+pub const NAMESPACE_LIMIT: usize = 1024;
 
 /// What stops a file from being XML.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -57,14 +70,22 @@ impl XmlError {
     }
 }
 
-/// Reads the element tree of a decoded text.
+/// Reads the root element of a decoded text.
+///
+/// # Errors
+/// As [`parse_tree`].
+pub fn parse(text: &str) -> Result<Element, XmlError> {
+    parse_tree(text).map(|tree| tree.root)
+}
+
+/// Reads a decoded text: the root element, and what stands before and after it.
 ///
 /// # Errors
 /// The first thing that is not well-formed, with its place: after it nothing in the text can be trusted.
-pub fn parse(text: &str) -> Result<Element, XmlError> {
+pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
     let mut reader = NsReader::from_str(text);
     reader.config_mut().check_end_names = true;
-    let mut tree = Tree::default();
+    let mut tree = Builder::default();
     loop {
         let at = offset(reader.buffer_position(), text);
         let event = match reader.read_event() {
@@ -74,9 +95,13 @@ pub fn parse(text: &str) -> Result<Element, XmlError> {
         let end = offset(reader.buffer_position(), text);
         let span = Span::new(at, end);
         match event {
-            Event::Start(start) => tree.open(element(text, &reader, &start, span)?)?,
+            Event::Start(start) => {
+                let element = element(text, &reader, &start, span, &mut tree.names)?;
+                tree.open(element)?;
+            }
             Event::Empty(start) => {
-                tree.open(element(text, &reader, &start, span)?)?;
+                let element = element(text, &reader, &start, span, &mut tree.names)?;
+                tree.open(element)?;
                 tree.close();
             }
             Event::End(_) => tree.close(),
@@ -85,7 +110,8 @@ pub fn parse(text: &str) -> Result<Element, XmlError> {
             Event::GeneralRef(name) => tree.text(&resolve(&name, span)?, span)?,
             Event::Comment(comment) => tree.push(Node::Comment((*comment).to_owned())),
             Event::DocType(_) => return Err(dtd_refused(span)),
-            Event::Decl(_) | Event::PI(_) => {}
+            Event::PI(pi) => tree.push(Node::Instruction((*pi).to_owned())),
+            Event::Decl(_) => {}
             Event::Eof => break,
         }
     }
@@ -94,12 +120,15 @@ pub fn parse(text: &str) -> Result<Element, XmlError> {
 
 /// Elements that are still open, and the root once it is closed.
 #[derive(Default)]
-struct Tree {
+struct Builder {
     open: Vec<Element>,
     root: Option<Element>,
+    before: Vec<Node>,
+    after: Vec<Node>,
+    names: HashSet<Arc<str>>,
 }
 
-impl Tree {
+impl Builder {
     /// What the parser says, and which element was open there.
     fn broken(&self, reader: &NsReader<&[u8]>, error: &quick_xml::Error, text: &str) -> XmlError {
         let from = offset(reader.error_position(), text);
@@ -139,17 +168,20 @@ impl Tree {
     }
 
     fn close(&mut self) {
-        if let Some(element) = self.open.pop() {
+        if let Some(mut element) = self.open.pop() {
+            element.children.shrink_to_fit();
             match self.open.last_mut() {
-                Some(parent) => parent.children.push(Node::Element(element)),
+                Some(parent) => parent.children.push(Node::Element(Box::new(element))),
                 None => self.root = Some(element),
             }
         }
     }
 
     fn push(&mut self, node: Node) {
-        if let Some(parent) = self.open.last_mut() {
-            parent.children.push(node);
+        match self.open.last_mut() {
+            Some(parent) => parent.children.push(node),
+            None if self.root.is_none() => self.before.push(node),
+            None => self.after.push(node),
         }
     }
 
@@ -172,15 +204,20 @@ impl Tree {
         Ok(())
     }
 
-    fn finish(self, text: &str) -> Result<Element, XmlError> {
+    fn finish(self, text: &str) -> Result<Tree, XmlError> {
         if let Some(open) = self.open.last() {
             let message = format!("`<{}>` is never closed", open.qname);
             let mut error = XmlError::malformed(message, open.span);
             error.help = Some("the file ends too early: was it cut off?".to_owned());
             return Err(error);
         }
-        self.root.ok_or_else(|| {
+        let root = self.root.ok_or_else(|| {
             XmlError::malformed("there is no element", Span::new(0, text.len().min(1)))
+        })?;
+        Ok(Tree {
+            before: self.before,
+            root,
+            after: self.after,
         })
     }
 }
@@ -190,10 +227,11 @@ fn element(
     reader: &NsReader<&[u8]>,
     start: &BytesStart<'_>,
     span: Span,
+    names: &mut HashSet<Arc<str>>,
 ) -> Result<Element, XmlError> {
     let (namespace, local) = reader.resolver().resolve_element(start.name());
     let mut element = Element {
-        namespace: bound(namespace, span)?,
+        namespace: bound(namespace, span, names)?,
         local: local.into_inner().to_owned(),
         qname: start.name().into_inner().to_owned(),
         attributes: Vec::new(),
@@ -201,6 +239,14 @@ fn element(
         span: Span::new(span.start, first_line(text, span.start, span.end)),
     };
     for attribute in start.attributes() {
+        if element.attributes.len() >= ATTRIBUTE_LIMIT {
+            return Err(XmlError {
+                code: "too-many-attributes",
+                message: format!("an element has more than {ATTRIBUTE_LIMIT} attributes"),
+                help: Some("is this the right file?".to_owned()),
+                span: element.span,
+            });
+        }
         let attribute =
             attribute.map_err(|error| XmlError::malformed(error.to_string(), element.span))?;
         let place = inside(text, &attribute.value).unwrap_or(element.span);
@@ -209,7 +255,7 @@ fn element(
             .map_err(|error| XmlError::malformed(error.to_string(), place))?;
         let (namespace, local) = reader.resolver().resolve_attribute(attribute.key);
         element.attributes.push(Attribute {
-            namespace: bound(namespace, place)?,
+            namespace: bound(namespace, place, names)?,
             local: local.into_inner().to_owned(),
             qname: attribute.key.into_inner().to_owned(),
             value: value.into_owned(),
@@ -219,10 +265,30 @@ fn element(
     Ok(element)
 }
 
-fn bound(result: ResolveResult<'_>, span: Span) -> Result<String, XmlError> {
+fn bound(
+    result: ResolveResult<'_>,
+    span: Span,
+    names: &mut HashSet<Arc<str>>,
+) -> Result<Arc<str>, XmlError> {
+    let name = match &result {
+        ResolveResult::Bound(namespace) => namespace.0,
+        _ => "",
+    };
     match result {
-        ResolveResult::Bound(namespace) => Ok(namespace.0.to_owned()),
-        ResolveResult::Unbound => Ok(String::new()),
+        _ if name.len() > NAMESPACE_LIMIT => Err(XmlError {
+            code: "too-long",
+            message: format!("the name of a namespace has more than {NAMESPACE_LIMIT} bytes"),
+            help: Some("is this the right file?".to_owned()),
+            span,
+        }),
+        // Thousands of elements share one name.
+        ResolveResult::Bound(_) | ResolveResult::Unbound => {
+            Ok(names.get(name).cloned().unwrap_or_else(|| {
+                let name: Arc<str> = name.into();
+                names.insert(Arc::clone(&name));
+                name
+            }))
+        }
         ResolveResult::Unknown(prefix) => {
             let message = format!("the prefix `{prefix}:` is not declared");
             let mut error = XmlError::malformed(message, span);

@@ -95,6 +95,27 @@ impl Node {
             .map(|(_, node)| node)
     }
 
+    /// The value under a key, and the key; the node again when it has no such key.
+    ///
+    /// # Errors
+    /// The node itself.
+    pub fn take(self, key: &str) -> Result<(Text, Self), Self> {
+        let at = self
+            .entries()
+            .iter()
+            .position(|(name, _)| name.value == key);
+        match (at, self) {
+            (
+                Some(at),
+                Self {
+                    value: Value::Mapping(mut entries),
+                    ..
+                },
+            ) => Ok(entries.swap_remove(at)),
+            (_, node) => Err(node),
+        }
+    }
+
     /// The entries of a mapping; nothing for other nodes.
     pub fn entries(&self) -> &[(Text, Node)] {
         match &self.value {

@@ -4,12 +4,16 @@
 
 use proptest::prelude::*;
 use rts_schemas::diagnostic::{Report, render};
+use rts_schemas::form::{Around, Form, Format, Vocabulary, format, same};
 use rts_schemas::rts_profile::{LowerOptions, load, lower, read};
 use rts_schemas::system::SystemSpec;
-use rts_schemas::{check, overlay};
+use rts_schemas::xml::Document;
+use rts_schemas::{check, overlay, rtc_profile, rts_profile};
 
 const SYSTEM: &str = include_str!("../../manifests/hello/system.xml");
 const TWIN: &str = include_str!("../../manifests/hello/system.yaml");
+const COMPONENT: &str = include_str!("component.xml");
+const COMPONENT_TWIN: &str = include_str!("component.yaml");
 const LAB: &str = include_str!("../../manifests/hello/lab.yaml");
 
 /// Everything that is done with a file; the laws that hold whatever it contains.
@@ -30,6 +34,31 @@ fn attack(bytes: &[u8]) {
     }
     if let Ok(profile) = read("f", bytes) {
         let _ = lower(&profile, &LowerOptions::default());
+        let read = |text: &str| read("f", text.as_bytes()).unwrap().shape;
+        let words = &rts_profile::forms::WORDS;
+        let form = profile.shape.form();
+        written(
+            form,
+            &profile.around,
+            words,
+            profile.format,
+            |text, form| same(read(text).form(), form),
+        );
+    }
+    if let Ok(profile) = rtc_profile::read("f", bytes) {
+        let read = |text: &str| rtc_profile::read("f", text.as_bytes()).unwrap().profile;
+        let words = &rtc_profile::forms::WORDS;
+        let form = &profile.profile;
+        written(
+            form,
+            &profile.around,
+            words,
+            profile.format,
+            |text, form| same(&read(text), form),
+        );
+    }
+    if let Ok(document) = Document::open("f", bytes) {
+        assert_eq!(document.bytes().unwrap(), bytes);
     }
     match overlay::read("f", bytes) {
         Ok(overlay) => {
@@ -38,6 +67,20 @@ fn attack(bytes: &[u8]) {
         }
         Err(report) => assert!(report.has_errors()),
     }
+}
+
+/// Whatever was read is written in its format so that it is read as the same.
+fn written(
+    form: &dyn Form,
+    around: &Around,
+    words: &Vocabulary,
+    own: Format,
+    is_same: impl Fn(&str, &dyn Form) -> bool,
+) {
+    let text = format(form, around, words, own);
+    assert!(is_same(&text, form), "{text}");
+    let _ = format(form, &Around::default(), words, Format::Yaml);
+    let _ = format(form, &Around::default(), words, Format::Xml);
 }
 
 #[derive(Debug, Clone)]
@@ -160,6 +203,12 @@ proptest! {
     #[test]
     fn edits_of_the_yaml_twin(edits in prop::collection::vec(edit(), 1..6)) {
         attack(&edited(TWIN, &edits));
+    }
+
+    #[test]
+    fn edits_of_a_component(edits in prop::collection::vec(edit(), 1..6)) {
+        attack(&edited(COMPONENT, &edits));
+        attack(&edited(COMPONENT_TWIN, &edits));
     }
 
     #[test]

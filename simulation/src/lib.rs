@@ -25,6 +25,7 @@ pub mod truth;
 pub mod user;
 pub mod words;
 pub mod workload;
+pub mod world;
 
 pub use clock::SimClock;
 pub use disk::SimDisk;

@@ -5,10 +5,10 @@ mod end;
 mod ground;
 mod log;
 mod look;
-mod programs;
+mod stage;
 mod trouble;
 mod user;
-mod world;
+mod wish;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,14 +16,17 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
-use self::user::{Users, Wish};
-use self::world::World;
+use self::stage::Stage;
+use self::user::Users;
+use self::wish::Wish;
 use crate::check::Violation;
+use crate::event_loop::event_loop;
 use crate::faults::Fault;
 use crate::schedule::Schedule;
-use crate::event_loop::event_loop;
 use crate::seed::Seed;
 use crate::trace::Trace;
+use crate::words::CONTROLLER;
+use crate::world::programs;
 
 pub use self::coverage::Coverage;
 pub use self::end::BOUND;
@@ -76,7 +79,7 @@ pub fn run(schedule: &Schedule, options: Options) -> std::io::Result<Outcome> {
 }
 
 async fn play(schedule: &Schedule, trace: Trace) -> Outcome {
-    let world = World::new(Seed(schedule.seed), schedule.nodes, trace.clone());
+    let world = Stage::new(Seed(schedule.seed), schedule.nodes, trace.clone());
     let violation = tokio::select! {
         biased;
         violation = world.verdicts.broken() => Some(violation),
@@ -104,12 +107,9 @@ async fn play(schedule: &Schedule, trace: Trace) -> Outcome {
 }
 
 /// From the first start to the end.
-async fn course(world: &Arc<World>, schedule: &Schedule) -> Option<Violation> {
+async fn course(world: &Arc<Stage>, schedule: &Schedule) -> Option<Violation> {
     let quiet = Instant::now() + schedule.quiet;
-    tokio::spawn(programs::controller(Arc::clone(world)));
-    for node in world.nodes.keys() {
-        tokio::spawn(programs::agent(Arc::clone(world), node.clone()));
-    }
+    programs::start_all(&world.world);
     for fault in &schedule.faults {
         tokio::spawn(trouble::happen(Arc::clone(world), fault.clone(), quiet));
     }
@@ -125,9 +125,9 @@ async fn course(world: &Arc<World>, schedule: &Schedule) -> Option<Violation> {
     sleep(Duration::from_millis(1)).await;
     world.note("everything is quiet");
     for host in world.nodes.keys() {
-        world.let_start(host);
+        world.lives().let_start(host);
     }
-    world.let_start("controller");
+    world.lives().let_start(CONTROLLER);
     // Nobody waits for ever.
     let _ = follows.await;
     let restored = schedule
@@ -138,7 +138,7 @@ async fn course(world: &Arc<World>, schedule: &Schedule) -> Option<Violation> {
 }
 
 /// Tells whenever everything is as desired: from then on nothing of before counts.
-async fn notice(world: &World, users: &Users) {
+async fn notice(world: &Stage, users: &Users) {
     loop {
         sleep(LOOK).await;
         let wishes = users.wishes();
@@ -149,13 +149,13 @@ async fn notice(world: &World, users: &Users) {
     }
 }
 
-async fn flood(world: &World) {
+async fn flood(world: &Stage) {
     while world.trace.lines() < MOST {
         sleep(Duration::from_secs(1)).await;
     }
 }
 
-fn endless(world: &World, what: &str) -> Violation {
+fn endless(world: &Stage, what: &str) -> Violation {
     Violation {
         at: world.truth.now(),
         invariant: "an-end",

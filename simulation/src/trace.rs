@@ -164,6 +164,7 @@ pub fn words(what: &Happened) -> String {
             format!("controller read its store: epoch {epoch}, {systems:?}")
         }
         Happened::Crashed { host, life } => format!("{host} #{life} crashed"),
+        Happened::DidNotStart { host, why } => format!("{host} does not come up: {why}"),
         Happened::Started { host, life } => format!("{host} #{life} started"),
         Happened::Rebooted { node } => format!("{node} lost its power"),
         Happened::Note(words) => words.clone(),

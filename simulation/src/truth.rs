@@ -152,6 +152,13 @@ pub enum Happened {
         /// Its life.
         life: u32,
     },
+    /// A program that was started did not come up.
+    DidNotStart {
+        /// `controller`, or the agent's node.
+        host: String,
+        /// Why.
+        why: String,
+    },
     /// A program started.
     Started {
         /// `controller`, or the agent's node.

@@ -1,9 +1,10 @@
 //! A user's own system, played through: the cluster as it is known to the controller, a change of it, and faults in words.
 
+mod apply;
 mod end;
+mod modules;
 mod names;
 mod play;
-mod programs;
 mod record;
 mod strike;
 #[cfg(test)]

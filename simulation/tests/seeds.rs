@@ -1,5 +1,7 @@
 //! Some seeds, run whole: all invariants hold, and a seed is the same run each time, in this process and in another.
 
+#![allow(clippy::unwrap_used)]
+
 use std::process::Command;
 
 use rts_simulation::Seed;
@@ -24,7 +26,7 @@ fn invariants_hold() {
 #[test]
 fn a_seed_is_the_same_run_each_time() {
     let mut lengths = Vec::new();
-    for seed in [2, 3, 5, 8, 13] {
+    for seed in 100..120 {
         let (first, second) = (play(seed, true), play(seed, true));
         assert!(first.text.len() > 50, "{:#?}", first.text);
         for (first, second) in first.text.iter().zip(&second.text) {
@@ -33,14 +35,15 @@ fn a_seed_is_the_same_run_each_time() {
         assert_eq!(first.hash, second.hash, "seed {seed}");
         lengths.push(first.text.len());
     }
-    // They are not all the same run.
+    // They are not the same run.
+    lengths.sort_unstable();
     lengths.dedup();
-    assert!(lengths.len() > 1);
+    assert!(lengths.len() > 10);
 }
 
 #[test]
 fn a_seed_is_the_same_run_in_another_process() {
-    for seed in ["4", "7"] {
+    for seed in ["4", "7", "21", "57", "90"] {
         let output = || {
             let mut command = Command::new(env!("CARGO_BIN_EXE_simulate"));
             let output = command.args(["--seed", seed, "--log"]).output().unwrap();

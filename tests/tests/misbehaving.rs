@@ -330,9 +330,9 @@ fn a_teardown_ends_whatever_a_component_does_then() {
     let cases = [
         // Fault, seconds, event.
         "ignore-deactivate 6 ComponentError on_deactivated: told to fail on_deactivated",
-        "hang-deactivate 14 DeactivateFailed has been in on_deactivated for 5",
-        "hang-shutdown 14 DeleteFailed has been in on_shutdown for 5",
-        "hang-finalize 14 DeleteFailed has been in on_finalize for 5",
+        "hang-deactivate 19 DeactivateFailed has been in on_deactivated for 1",
+        "hang-shutdown 19 DeleteFailed has been in on_shutdown for 1",
+        "hang-finalize 19 DeleteFailed has been in on_finalize for 1",
     ];
     all(&cases, |[fault, seconds, event, text]| {
         let lab = Lab::new(fault, &[]);

@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rts_manager_api::control::*;
@@ -258,6 +259,42 @@ fn a_failure_leads_to_error_with_its_reason_and_reset_leads_out() {
     );
     assert_eq!(component(&mut client, "A").state, "Error");
     assert!(manager.log("A").contains("on_aborting"));
+}
+
+#[test]
+fn a_rate_that_a_component_cannot_take_holds_and_leads_to_error() {
+    let manager = start("m");
+    let mut client = manager.client();
+    let mut events = Listener::connect(&manager);
+    manager.create("A", &[("fail", "on_rate_changed"), ("reason", "too fast")]);
+    ok(&mut client, activate("A"));
+    let change = RequestBody::Configure {
+        instance: "A".to_owned(),
+        sets: BTreeMap::new(),
+        active: None,
+        rate: Some(50.0),
+        on_disconnect: None,
+        by_hand: None,
+    };
+    let failure = refused(&mut client, change.clone(), SOON);
+    assert_eq!(failure.code, FailureCode::ComponentFailed);
+    assert_eq!(failure.message, "A: on_rate_changed: too fast");
+    assert_eq!(
+        events.event("component/A"),
+        "went to Error: on_rate_changed: too fast"
+    );
+    let seen = component(&mut client, "A");
+    assert_eq!((seen.state.as_str(), seen.rate), ("Error", 50.0));
+    assert_eq!(seen.message.as_deref(), Some("on_rate_changed: too fast"));
+    // The same again is no change; it stays in Error until it is reset.
+    ok(&mut client, change);
+    assert_eq!(component(&mut client, "A").state, "Error");
+    let reset = RequestBody::Reset {
+        instance: "A".to_owned(),
+    };
+    ok(&mut client, reset);
+    let seen = component(&mut client, "A");
+    assert_eq!((seen.state.as_str(), seen.rate), ("Inactive", 50.0));
 }
 
 #[test]

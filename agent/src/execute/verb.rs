@@ -7,7 +7,7 @@ use rts_manager_api::control::{Failure, FailureCode, SystemId};
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::plan::{Step, Work};
 
-use super::{CarryOut, Carrying, component, connector, manager, module};
+use super::{CarryOut, Carrying, component, connector, hang, manager, module};
 use crate::agent::Agent;
 use crate::ledger::Fence;
 use crate::manager_link::LinkError;
@@ -39,6 +39,12 @@ pub(crate) enum StepError {
     /// The manager cannot be stopped.
     #[error(transparent)]
     Stop(#[from] crate::managers::StopError),
+    /// A callback of its component does not return.
+    #[error("{0}")]
+    Hangs(String),
+    /// It was not tried: that is no failure of its target.
+    #[error("the node spec was replaced meanwhile; the next plan is for the new one")]
+    Replaced,
     /// Anything else.
     #[error("{0}")]
     Refused(String),
@@ -91,12 +97,9 @@ impl CarryOut for Hands {
             // A newer spec may just have come, and its word to cancel may still be on its way.
             let held = verb.agent.ledger.lock().await.fence();
             if held.as_ref() != Some(&fence) {
-                return Err(StepError::Refused(
-                    "the node spec was replaced meanwhile; the next plan is for the new one"
-                        .to_owned(),
-                ));
+                return Err(StepError::Replaced);
             }
-            let outcome = verb.carry_out(work).await;
+            let outcome = hang::carry_out(&verb, work).await;
             verb.agent.dirty.notify_one();
             outcome
         })
@@ -137,7 +140,7 @@ pub(crate) struct Verb {
 }
 
 impl Verb {
-    async fn carry_out(&self, work: Work) -> Result<(), StepError> {
+    pub(super) async fn carry_out(&self, work: Work) -> Result<(), StepError> {
         match work {
             Work::Install {
                 type_name,

@@ -44,6 +44,7 @@ pub(super) fn view(components: Vec<ComponentInfo>) -> View {
         started: String::new(),
         responsive: true,
         silent: None,
+        unseen: false,
         inventory: ManagerInventory {
             modules: Default::default(),
             opened: Default::default(),

@@ -12,14 +12,16 @@ use crate::policies::{Policies, liveness_timeout, replaces, start_timeout};
 /// How long a callback may take, and the key that says so.
 fn limit(policy: Option<&Policy>, callback: &str) -> (Duration, &'static str) {
     match callback {
-        "on_initialize" | "on_activated" => (start_timeout(policy), "rtsctl.startTimeout"),
+        "create" | "on_initialize" | "on_startup" | "on_activated" => {
+            (start_timeout(policy), "rtsctl.startTimeout")
+        }
         _ => (liveness_timeout(policy), "rtsctl.livenessTimeout"),
     }
 }
 
 fn policy<'a>(policies: &'a Policies, info: &ComponentInfo) -> Option<&'a Policy> {
     let system = info.system.as_ref().map(system_ref)?;
-    policies.of(&system, &info.instance)
+    policies.of_present(&system, &info.instance)
 }
 
 /// The callback of a component that hangs.
@@ -27,6 +29,23 @@ pub(super) fn hangs<'a>(policies: &Policies, info: &'a ComponentInfo) -> Option<
     let busy = info.busy.as_ref()?;
     let (limit, _) = limit(policy(policies, info), &busy.callback);
     (Duration::from_millis(busy.milliseconds) >= limit).then_some(busy)
+}
+
+/// The same in words, with what is allowed; none where the process is not to be replaced for it.
+pub(crate) fn why_hanging(policies: &Policies, info: &ComponentInfo) -> Option<String> {
+    if !replaces(policy(policies, info)) {
+        return None;
+    }
+    let Busy {
+        callback,
+        milliseconds,
+    } = hangs(policies, info)?;
+    let (limit, key) = limit(policy(policies, info), callback);
+    let took = Duration::from_millis(*milliseconds).as_secs_f64();
+    let (instance, limit) = (&info.instance, words(limit));
+    Some(format!(
+        "{instance} has been in {callback} for {took:.1} s, longer than {limit} ({key})"
+    ))
 }
 
 /// Why a manager's process must be replaced. The words do not change while that goes on.
@@ -44,9 +63,7 @@ pub(super) fn expired(policies: &Policies, view: &View) -> Option<String> {
     });
     reasons.min().or_else(|| {
         let silent = view.silent?;
-        let asks = components().filter(|info| replaces(policy(policies, info)));
-        let limits = asks.map(|info| (liveness_timeout(policy(policies, info)), &info.instance));
-        let (limit, instance) = limits.min()?;
+        let (limit, instance) = patience(policies, view)?;
         (silent > limit).then(|| {
             let limit = words(limit);
             format!(
@@ -54,6 +71,18 @@ pub(super) fn expired(policies: &Policies, view: &View) -> Option<String> {
             )
         })
     })
+}
+
+/// How long a manager may be silent before its process is replaced, and the component that says so. Where nobody knows
+/// what it holds, those have a say that belong there.
+fn patience<'a>(policies: &'a Policies, view: &'a View) -> Option<(Duration, &'a String)> {
+    let inside = view.inventory.components.iter();
+    let inside = inside.map(|info| (&info.instance, policy(policies, info)));
+    let belong = policies.belong_in(&view.key).filter(|_| view.unseen);
+    let belong = belong.map(|(instance, policy)| (instance, Some(policy)));
+    let asks = inside.chain(belong).filter(|(_, policy)| replaces(*policy));
+    asks.map(|(instance, policy)| (liveness_timeout(policy), instance))
+        .min()
 }
 
 fn words(limit: Duration) -> String {
@@ -100,6 +129,7 @@ mod tests {
             components: vec![placed],
             connectors: Vec::new(),
             orders: Default::default(),
+            elsewhere: Default::default(),
             generation: 0,
         };
         Policies::of_spec(&NodeSpec {
@@ -154,7 +184,9 @@ mod tests {
             expired(restart(2_500), ("on_execute", 2_500)).as_deref(),
             Some("A has been in on_execute for longer than 2500 ms (rtsctl.livenessTimeout)")
         );
-        assert_eq!(hangs(restart(2_500), ("on_activated", 9_000)), None);
+        for callback in ["create", "on_initialize", "on_startup", "on_activated"] {
+            assert_eq!(hangs(restart(2_500), (callback, 9_000)), None);
+        }
         assert_eq!(
             expired(restart(2_500), ("on_initialize", 10_000)).as_deref(),
             Some("A has been in on_initialize for longer than 10 s (rtsctl.startTimeout)")
@@ -168,6 +200,35 @@ mod tests {
         assert_eq!(expired(restart(3_000), 2_900), None);
         assert_eq!(
             expired(restart(3_000), 3_100).as_deref(),
+            Some("its process has not answered for longer than 3 s (rtsctl.livenessTimeout of A)")
+        );
+    }
+
+    #[test]
+    fn a_silent_process_of_which_nothing_is_known_is_replaced_when_what_belongs_there_asks_for_that()
+     {
+        let why = expired;
+        let expired = |policy, name: &str, silent| {
+            let mut view = view(Vec::new());
+            view.key.system = Some(SystemRef {
+                name: "hello".to_owned(),
+                uid: "1".to_owned(),
+            });
+            view.key.name = name.to_owned();
+            view.silent = Some(Duration::from_millis(silent));
+            (view.responsive, view.unseen) = (false, true);
+            let inventory = merge("local", vec![view.clone()], &policies(policy));
+            assert!(inventory.managers[0].unseen);
+            view.unseen = false;
+            let (known, now) = (policies(restart(1)), &inventory.managers[0].expired);
+            assert_eq!(why(&known, &view), None, "known to be empty");
+            now.clone()
+        };
+        assert_eq!(expired(Policy::default(), "main", 99_000), None);
+        assert_eq!(expired(restart(3_000), "main", 2_900), None);
+        assert_eq!(expired(restart(3_000), "other", 3_100), None);
+        assert_eq!(
+            expired(restart(3_000), "main", 3_100).as_deref(),
             Some("its process has not answered for longer than 3 s (rtsctl.livenessTimeout of A)")
         );
     }

@@ -28,49 +28,75 @@ pub(crate) struct View {
     pub responsive: bool,
     /// Since when it has not answered.
     pub silent: Option<Duration>,
+    /// It has never said what it holds.
+    pub unseen: bool,
     pub inventory: ManagerInventory,
 }
 
-/// Samples received, by (connector, incarnation with the in-port, in-port).
-type Received = HashMap<(String, String, String), u64>;
+/// Counts of in-port ends, by (connector, incarnation with the in-port, in-port).
+type Arrivals = HashMap<(String, String, String), Arrived>;
+
+/// What became of the samples that came to an in-port end.
+#[derive(Debug, Clone, Copy, Default)]
+struct Arrived {
+    received: u64,
+    drops: u64,
+}
+
+impl Arrived {
+    /// Within what this end has sent. The in-port's manager was asked a moment earlier or later, and a new connection
+    /// counts from 0 at this end only.
+    fn within(self, sent: u64, dropped_here: u64) -> Self {
+        let received = self.received.min(sent);
+        let left = sent.saturating_sub(received).saturating_sub(dropped_here);
+        Self {
+            received,
+            drops: self.drops.min(left),
+        }
+    }
+}
 
 /// Merges the answers; the revision is 0.
 pub(crate) fn merge(node: &str, mut views: Vec<View>, policies: &Policies) -> Inventory {
     views.sort_by(|a, b| a.key.cmp(&b.key));
-    let received = received(&views);
+    let arrivals = arrivals(&views);
     Inventory {
         node: node.to_owned(),
         revision: 0,
         held: Vec::new(),
         managers: views
             .into_iter()
-            .map(|v| manager(v, &received, policies))
+            .map(|v| manager(v, &arrivals, policies))
             .collect(),
     }
 }
 
-fn received(views: &[View]) -> Received {
-    let mut received = Received::new();
+fn arrivals(views: &[View]) -> Arrivals {
+    let mut arrivals = Arrivals::new();
     for view in views {
         for component in &view.inventory.components {
             // One without a source counts what came over a connection that is no more.
             for binding in component.bindings.iter().filter(|b| b.connected) {
                 let (end, port) = (component.incarnation.clone(), binding.port.clone());
                 let key = (binding.connector.clone(), end, port);
-                received.insert(key, binding.samples_received);
+                let arrived = Arrived {
+                    received: binding.samples_received,
+                    drops: binding.drops,
+                };
+                arrivals.insert(key, arrived);
             }
         }
     }
-    received
+    arrivals
 }
 
-fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObserved {
+fn manager(view: View, arrivals: &Arrivals, policies: &Policies) -> ManagerObserved {
     let expired = hang::expired(policies, &view);
     let mut components: Vec<_> = view
         .inventory
         .components
         .into_iter()
-        .map(|c| component(c, received, policies))
+        .map(|c| component(c, arrivals, policies))
         .collect();
     components.sort_by(|a, b| a.instance.cmp(&b.instance));
     ManagerObserved {
@@ -79,6 +105,7 @@ fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObser
         pid: view.pid,
         started: view.started,
         responsive: view.responsive,
+        unseen: view.unseen,
         expired,
         modules: view.inventory.modules,
         opened: view.inventory.opened,
@@ -86,12 +113,12 @@ fn manager(view: View, received: &Received, policies: &Policies) -> ManagerObser
     }
 }
 
-fn component(info: ComponentInfo, received: &Received, policies: &Policies) -> ComponentObserved {
+fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> ComponentObserved {
     let hangs = hang::hangs(policies, &info).map(hangs);
     let mut connectors: Vec<_> = info
         .connectors
         .into_iter()
-        .map(|c| connector(&info.instance, c, received))
+        .map(|c| connector(&info.instance, c, arrivals))
         .collect();
     connectors.sort_by(|a, b| a.name.cmp(&b.name));
     ComponentObserved {
@@ -137,13 +164,16 @@ fn hangs(busy: &Busy) -> String {
     )
 }
 
-fn connector(instance: &str, info: ConnectorInfo, received: &Received) -> ConnectorObserved {
+fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> ConnectorObserved {
     let target = PortRef {
         instance: info.target_instance,
         port: info.target_port,
     };
     let end = info.target_incarnation.clone();
     let key = (info.name.clone(), end, target.port.clone());
+    // An end that is not known, elsewhere or gone, adds nothing.
+    let arrived = arrivals.get(&key).copied().unwrap_or_default();
+    let arrived = arrived.within(info.samples_sent, info.drops);
     ConnectorObserved {
         name: info.name,
         source: PortRef {
@@ -157,12 +187,9 @@ fn connector(instance: &str, info: ConnectorInfo, received: &Received) -> Connec
         state: connector_state(&info.state),
         transport: info.transport,
         samples_sent: info.samples_sent,
-        // The in-port's manager was asked a moment later, and a new connection counts from 0 at this end only.
-        samples_received: received
-            .get(&key)
-            .map_or(0, |received| info.samples_sent.min(*received)),
+        samples_received: arrived.received,
         bytes: info.bytes,
-        drops: info.drops,
+        drops: info.drops + arrived.drops,
     }
 }
 
@@ -229,8 +256,9 @@ mod tests {
     use crate::inventory::fixtures::{bare, view};
     use rts_manager_api::control::BindingInfo;
 
-    /// A connector that sent so many samples, and its binding.
-    fn seen(sent: u64, received: u64, connected: bool) -> u64 {
+    /// What is shown of a connector between two processes: received and dropped. Its out-port end has sent so many
+    /// samples and dropped `drops`; its in-port end has received and dropped so many.
+    fn seen(sent: u64, drops: u64, came: (u64, u64), connected: bool) -> (u64, u64) {
         let (mut a, mut b) = (bare("A"), bare("B"));
         a.connectors.push(ConnectorInfo {
             name: "c".to_owned(),
@@ -241,27 +269,45 @@ mod tests {
             properties: Default::default(),
             by_hand: None,
             state: "Connected".to_owned(),
-            transport: "direct".to_owned(),
+            transport: "uds".to_owned(),
             samples_sent: sent,
             bytes: 0,
-            drops: 0,
+            drops,
         });
         b.bindings.push(BindingInfo {
             connector: "c".to_owned(),
             port: "in".to_owned(),
             connected,
-            samples_received: received,
-            drops: 0,
+            samples_received: came.0,
+            drops: came.1,
             gaps: 0,
         });
-        let inventory = merge("local", vec![view(vec![a, b])], &Policies::default());
-        inventory.managers[0].components[0].connectors[0].samples_received
+        let views = [a, b].map(|component| view(vec![component])).to_vec();
+        let inventory = merge("local", views, &Policies::default());
+        let connector = &inventory.managers[0].components[0].connectors[0];
+        (connector.samples_received, connector.drops)
     }
 
     #[test]
     fn never_more_is_received_than_sent_and_only_over_this_connection() {
-        assert_eq!(seen(9, 7, true), 7);
-        assert_eq!(seen(9, 12, true), 9);
-        assert_eq!(seen(9, 7, false), 0);
+        assert_eq!(seen(9, 0, (7, 0), true).0, 7);
+        assert_eq!(seen(9, 0, (12, 0), true).0, 9);
+        assert_eq!(seen(9, 0, (7, 0), false).0, 0);
+    }
+
+    #[test]
+    fn drops_are_those_of_both_ends_and_account_for_no_more_than_was_sent() {
+        assert_eq!(seen(238, 0, (21, 153), true), (21, 153));
+        assert_eq!(seen(238, 10, (21, 153), true), (21, 163));
+        assert_eq!(
+            seen(30, 4, (21, 153), true),
+            (21, 9),
+            "asked a moment apart"
+        );
+        assert_eq!(
+            seen(238, 10, (21, 153), false),
+            (0, 10),
+            "of another connection"
+        );
     }
 }

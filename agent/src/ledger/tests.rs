@@ -22,6 +22,7 @@ fn envelope(cluster: &str, epoch: u64, generation: u64, systems: &[&str]) -> Nod
                 components: Vec::new(),
                 connectors: Vec::new(),
                 orders: Default::default(),
+                elsewhere: Default::default(),
                 generation: 0,
             })
             .collect(),

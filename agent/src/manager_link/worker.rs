@@ -17,6 +17,8 @@ use crate::machine::{Control, Machine};
 
 /// Bound on connecting and greeting.
 const GREETING: Duration = Duration::from_secs(5);
+/// For what was answered before a connection could no longer be written to.
+const LAST_ANSWERS: Duration = Duration::from_millis(100);
 /// First and longest pause between two attempts to connect.
 const BACK_OFF: (Duration, Duration) = (Duration::from_millis(50), Duration::from_secs(2));
 
@@ -147,12 +149,16 @@ impl Worker {
             }
             FrameError::Closed
         };
+        tokio::pin!(reading, writing);
         // Those who call wait for answers: calls come to an end where none are read, answers may not.
-        tokio::select! {
+        let error = tokio::select! {
             biased;
-            error = writing => error,
-            error = reading => error,
-        }
+            error = &mut writing => error,
+            error = &mut reading => return error,
+        };
+        // A manager that ends has answered before: what lies there unread is an answer still.
+        let _ = timeout(LAST_ANSWERS, reading).await;
+        error
     }
 }
 

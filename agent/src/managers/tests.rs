@@ -24,6 +24,7 @@ fn holding(incarnations: &[&str]) -> ManagerInventory {
 #[test]
 fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_does() {
     let mut seen = Seen {
+        answered: false,
         responsive: false,
         inventory: holding(&["one"]),
         deleted: BTreeSet::new(),

@@ -64,6 +64,7 @@ fn spec(components: &[(&str, Policy)]) -> (NodeSpec, Policies) {
             components: components.iter().map(placed).collect(),
             connectors: Vec::new(),
             orders: Default::default(),
+            elsewhere: Default::default(),
             generation: 0,
         }],
     };

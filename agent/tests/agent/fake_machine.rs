@@ -1,5 +1,5 @@
 //! A machine without processes and a disk without files: managers are tasks that speak the control protocol, and hold
-//! nothing.
+//! nothing but what hangs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -16,14 +16,15 @@ use rts_agent_api::messages::{ModuleDescription, ModuleFile, ModuleResolution};
 use rts_host::disk::Disk;
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    FromManager, Greeting, Hello, ManagerInventory, Request, RequestBody, Response, ResponseBody,
-    SystemId,
+    Busy, ComponentInfo, FromManager, Greeting, Hello, ManagerInventory, Request, RequestBody,
+    Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::ManagerFile;
 use rts_manager_api::frame;
 use serde::de::DeserializeOwned;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::sync::watch;
+use tokio::time::{Instant, sleep};
 
 /// Bytes that are on their way at most.
 const WAY: usize = 64 * 1024;
@@ -37,6 +38,45 @@ pub struct FakeMachine {
     pub undying: AtomicBool,
     /// Another agent has the node.
     pub taken: AtomicBool,
+    hanging: Arc<Mutex<Option<Hanging>>>,
+}
+
+/// The component `Sine0` in all managers: a callback of it does not return.
+#[derive(Debug, Clone)]
+struct Hanging {
+    callback: &'static str,
+    since: Instant,
+}
+
+impl Hanging {
+    fn info(&self, system: Option<SystemId>) -> ComponentInfo {
+        let mut info: ComponentInfo = serde_json::from_value(serde_json::json!({
+            "instance": "Sine0", "typeName": "Sine", "system": null, "incarnation": "s",
+            "recreateHash": "h", "restarts": 0, "created": "", "state": "Error", "message": null,
+            "sets": {}, "active": "default", "executionKind": "periodic", "rate": 1.0,
+            "executions": 0, "ports": [], "connectors": [], "bindings": []
+        }))
+        .unwrap();
+        let running = self.since.elapsed();
+        // As the real one, which shows it after a second.
+        info.busy = (running >= Duration::from_secs(1)).then(|| Busy {
+            callback: self.callback.to_owned(),
+            milliseconds: running.as_millis().try_into().unwrap(),
+        });
+        info.system = system;
+        info
+    }
+}
+
+/// True for what only the thread of a component can answer.
+fn is_for_component(body: &RequestBody) -> bool {
+    matches!(
+        body,
+        RequestBody::Activate { .. }
+            | RequestBody::Deactivate { .. }
+            | RequestBody::Reset { .. }
+            | RequestBody::Delete { .. }
+    )
 }
 
 /// A manager that runs.
@@ -44,6 +84,7 @@ pub struct FakeMachine {
 pub struct Living {
     pub file: ManagerFile,
     exit: watch::Sender<Option<Exit>>,
+    hanging: Arc<Mutex<Option<Hanging>>>,
 }
 
 impl Living {
@@ -115,12 +156,21 @@ async fn serve(mut stream: DuplexStream, living: &Living) -> Option<()> {
     stream.write_all(&frame::encode(&hello).ok()?).await.ok()?;
     loop {
         let request: Request = read(&mut stream).await?;
-        let answer = match request.body {
+        let hanging = living.hanging.lock().unwrap().clone();
+        let answer = match &request.body {
             RequestBody::Inventory => ResponseBody::Inventory(ManagerInventory {
                 modules: BTreeSet::new(),
                 opened: BTreeMap::new(),
-                components: Vec::new(),
+                components: hanging
+                    .map(|h| h.info(file.system.clone()))
+                    .into_iter()
+                    .collect(),
             }),
+            RequestBody::Shutdown if hanging.is_some() => {
+                sleep(Duration::from_millis(request.deadline_ms * 9 / 10)).await;
+                ResponseBody::Done
+            }
+            body if hanging.is_some() && is_for_component(body) => continue,
             _ => ResponseBody::Done,
         };
         let response = FromManager::Response(Response {
@@ -146,6 +196,12 @@ async fn read<T: DeserializeOwned>(from: &mut DuplexStream) -> Option<T> {
 }
 
 impl FakeMachine {
+    /// From now on all managers have the component `Sine0`, which is in a callback.
+    pub fn hang(&self, callback: &'static str) {
+        let since = Instant::now();
+        *self.hanging.lock().unwrap() = Some(Hanging { callback, since });
+    }
+
     /// The manager of a run folder.
     pub fn living(&self, folder: &Path) -> Option<Living> {
         self.folders.lock().unwrap().get(folder).cloned().flatten()
@@ -174,6 +230,7 @@ impl FakeMachine {
                 started: String::new(),
             },
             exit: watch::Sender::new(None),
+            hanging: self.hanging.clone(),
         };
         let mut folders = self.folders.lock().unwrap();
         folders.insert(start.folder.clone(), Some(living.clone()));

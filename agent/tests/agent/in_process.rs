@@ -44,6 +44,11 @@ impl Chance for Counts {
 }
 
 async fn start(node: &FakeNode) -> Running {
+    start_with(node, Some(Duration::from_secs(3))).await
+}
+
+/// One that heals by itself after a while, or never.
+pub async fn start_with(node: &FakeNode, heal_after: Option<Duration>) -> Running {
     let config = Config {
         home: "/nowhere".into(),
         node: "local".to_owned(),
@@ -51,7 +56,7 @@ async fn start(node: &FakeNode) -> Running {
         module_path: Vec::new(),
         manager_program: "/nowhere/rts-manager".into(),
         controller_socket: None,
-        heal_after: Some(Duration::from_secs(3)),
+        heal_after,
     };
     let inputs = Inputs {
         clock: Arc::new(At(NOW.parse().unwrap())),
@@ -63,7 +68,7 @@ async fn start(node: &FakeNode) -> Running {
     rts_agent::start(config, inputs).await.unwrap()
 }
 
-async fn run(agent: &LocalAgent, batch: &Batch) -> Vec<BatchEvent> {
+pub async fn run(agent: &LocalAgent, batch: &Batch) -> Vec<BatchEvent> {
     let events = agent.run_batch(batch).await.unwrap();
     events.map(Result::unwrap).collect().await
 }

@@ -11,6 +11,7 @@ mod cgroups;
 mod fake_controller;
 mod fake_machine;
 mod fake_manager;
+mod hanging;
 mod heal;
 mod in_process;
 mod leaks;

@@ -261,6 +261,7 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
             connector("Filter0", "main", "Printer0", "Printer0"),
         ],
         orders: Default::default(),
+        elsewhere: Default::default(),
         generation: 0,
     };
     envelope(generation, vec![hello])

@@ -21,6 +21,8 @@ pub enum Rest {
     Tried,
     /// Nothing of it is tried again: its failure policy holds it.
     Held,
+    /// These components are in Error, and nothing resets them (`rtsctl.resetOnError` is off).
+    InError(Vec<String>),
     /// A person made it so by hand, and it is left so; what ends that (`rtsctl activate Filter0`), as far as is known.
     ByHand(Vec<String>),
 }
@@ -85,6 +87,12 @@ fn partly(system: &str, target: Option<&str>, rest: &Rest) -> String {
         Rest::Held => {
             let again = format!("run `rtsctl teardown {system}` and apply again");
             format!("it is not started again by itself: apply a change of it, or {again}; {see}")
+        }
+        Rest::InError(instances) => {
+            let reset = instances.join(" ");
+            format!(
+                "nothing is tried any more while it is in Error (rtsctl.resetOnError is off): run `rtsctl reset {reset}`; {see}"
+            )
         }
         Rest::ByHand(ends) if ends.is_empty() => {
             format!("it was changed by hand and is left so (rtsctl.drift): {see}")

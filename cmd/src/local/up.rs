@@ -14,6 +14,7 @@ use tokio::process::Command;
 
 use super::home::Home;
 use super::lock::{HomeLock, is_held, make_folders};
+use super::strays::{self, Program};
 use super::{LOCAL_NODE, LocalError};
 use crate::error::CliError;
 use crate::session::Session;
@@ -70,7 +71,7 @@ pub async fn ensure(session: &Session, module_path: Option<OsString>) -> Result<
     if controller {
         start_controller(home).await?;
     }
-    let agent = !is_held(&home.agent_lock(LOCAL_NODE))?;
+    let agent = !agent_lives(home).await?;
     if agent {
         start_agent(home, module_path).await?;
     }
@@ -184,19 +185,48 @@ fn open_log(path: &Path) -> Result<File, LocalError> {
         .map_err(LocalError::file("open the log", path))
 }
 
-/// True when the controller answers, which it may only be about to; false when none lives.
+/// True when the controller answers, which it may only be about to; false when none lives. One that has lost the files
+/// of its run folder makes them anew within moments.
 async fn answers_or_dies(session: &Session) -> Result<bool, CliError> {
+    let home = &session.home;
     let end = Instant::now() + READY;
-    while is_held(&session.home.controller_lock())? {
+    loop {
         if session.local_answers().await? {
             return Ok(true);
         }
+        let lock = home.controller_lock();
+        if !is_held(&lock)? && strays::find(home, Program::Controller).is_empty() {
+            return Ok(false);
+        }
         if Instant::now() >= end {
-            return Err(hangs(&session.home).into());
+            return Err(hangs(home).into());
         }
         tokio::time::sleep(PAUSE).await;
     }
-    Ok(false)
+}
+
+/// True when the agent holds its lock, which it may only be about to; false when none lives.
+async fn agent_lives(home: &Home) -> Result<bool, LocalError> {
+    let lock = home.agent_lock(LOCAL_NODE);
+    let end = Instant::now() + READY;
+    while !is_held(&lock)? {
+        let strays = strays::find(home, Program::Agent);
+        if !strays.iter().any(|agent| agent.name == LOCAL_NODE) {
+            return Ok(false);
+        }
+        if Instant::now() >= end {
+            return Err(LocalError::NotReady {
+                program: "rts-agent",
+                reason: format!(
+                    "it runs but does not hold {}; `rtsctl down` stops it",
+                    lock.display()
+                ),
+                log: home.agent_log(LOCAL_NODE),
+            });
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
+    Ok(true)
 }
 
 /// The error for a controller that lives but does not answer.
@@ -284,5 +314,69 @@ mod tests {
         let got = absolute_entries(&OsString::from("/a::b"));
         let want = format!("/a:{}", cwd.join("b").display());
         assert_eq!(got, OsString::from(want));
+    }
+    /// A session with a home where nothing runs.
+    fn session(home: &Path) -> Session {
+        let globals = crate::cli::Globals {
+            home: Some(home.to_owned()),
+            controller: None,
+            color: crate::cli::Color::Never,
+            verbose: 0,
+            quiet: true,
+        };
+        Session {
+            home: Home::settle(Some(home.to_owned())).unwrap(),
+            controller: None,
+            out: crate::output::Output::new(&globals),
+        }
+    }
+
+    #[tokio::test]
+    async fn a_controller_that_answers_lives_though_its_lock_was_removed() {
+        use tokio::io::AsyncWriteExt;
+        let temp = tempfile::tempdir().unwrap();
+        let session = session(temp.path());
+        make_folders(&session.home, LOCAL_NODE).unwrap();
+        assert!(!answers_or_dies(&session).await.unwrap());
+        let socket = session.home.controller_socket();
+        let listener = tokio::net::UnixListener::bind(socket).unwrap();
+        let server = tokio::spawn(async move {
+            loop {
+                let (mut stream, _) = listener.accept().await.unwrap();
+                let mut request = [0; 4096];
+                let _ = stream.read(&mut request).await;
+                let answer = "HTTP/1.1 200 OK\r\ncontent-length: 2\r\nconnection: close\r\n\r\nok";
+                let _ = stream.write_all(answer.as_bytes()).await;
+            }
+        });
+        assert!(!session.home.controller_lock().exists());
+        assert!(answers_or_dies(&session).await.unwrap());
+        server.abort();
+    }
+
+    #[tokio::test]
+    async fn an_agent_that_lives_without_its_lock_is_waited_for() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = Home::settle(Some(temp.path().to_owned())).unwrap();
+        make_folders(&home, LOCAL_NODE).unwrap();
+        assert!(!agent_lives(&home).await.unwrap());
+        // A shell plays the agent.
+        let program = temp.path().join("rts-agent");
+        std::fs::copy("/bin/bash", &program).unwrap();
+        let mut agent = Command::new(&program)
+            .args(["-c", "read", "x", "--node", LOCAL_NODE, "--home"])
+            .arg(home.path())
+            .stdin(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lock = home.agent_lock(LOCAL_NODE);
+        std::fs::create_dir_all(lock.parent().unwrap()).unwrap();
+        let taken = async {
+            tokio::time::sleep(PAUSE * 5).await;
+            rts_host::files::lock(&lock).unwrap().unwrap()
+        };
+        let (lives, _taken) = tokio::join!(agent_lives(&home), taken);
+        assert!(lives.unwrap());
+        agent.kill().await.unwrap();
     }
 }

@@ -36,6 +36,18 @@ pub(crate) fn does_not_answer(manager: &ManagerObserved) -> String {
     format!("manager {name} (pid {pid}) does not answer")
 }
 
+pub(crate) fn has_not_said(manager: &ManagerObserved) -> String {
+    let name = manager.key.display_name();
+    format!("manager {name} has not said what it holds")
+}
+
+/// True when a component that is seen nowhere may be in a process that has not said what it holds: it is of its system,
+/// since that is all that is known.
+pub(crate) fn may_be_in(want: &Want<'_>, unseen: &ManagerObserved) -> bool {
+    let system = unseen.key.system.as_ref();
+    system.is_some_and(|system| system.name == want.system.name)
+}
+
 /// Who may have an instance name on a node: one that is there already, else the first.
 pub(crate) fn claims<'a>(facts: &Facts<'a>) -> FxHashMap<(&'a str, &'a str), Id<'a>> {
     let mut claims: FxHashMap<(&'a str, &'a str), Id<'a>> = FxHashMap::default();

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use rts_schemas::system::Configuration;
 
+use crate::alone::may_be_in;
 use crate::decide::{Decisions, Make};
 use crate::graph::{Ix, NewStep, Steps};
 use crate::in_place::{InPlace, in_place};
@@ -120,6 +121,13 @@ impl<'a> Bringer<'_, '_, 'a> {
             if let Some(&gone) = self.down.gone.get(live).filter(|_| !implied) {
                 self.steps.need(create, [gone]);
             }
+        }
+        for (seat, manager) in &self.facts.unseen {
+            // It may be in one that goes, or another of its name.
+            let own = own.is_empty() && may_be_in(want, manager);
+            let concerns = (own || seat.0 == want.node) && *seat != want.seat();
+            let stopped = self.down.stopped.get(seat).filter(|_| concerns);
+            self.steps.need(create, stopped.copied());
         }
         self.creates.insert(id, create);
     }

@@ -6,12 +6,14 @@
 mod obstacle;
 mod processes;
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use crate::alone::{claims, ends_unasked, first_fate, moved};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::observed::ManagerObserved;
-use crate::order::{Standing, making, visit};
+use crate::order::{Standing, made, making, visit};
 use crate::place::recreate_hash;
 use crate::plan::Blocked;
 use crate::table::Table;
@@ -57,6 +59,9 @@ pub(crate) struct Decisions<'a> {
     pub makes: Table<Id<'a>, Make>,
     /// Desired components that cannot be brought to their desired state now, and why.
     pub waits: Table<Id<'a>, String>,
+    /// Desired components that are seen nowhere, and of which nobody can say that they are not there: a process of their
+    /// system that stays has not said what it holds. They wait.
+    pub unseen: BTreeSet<Id<'a>>,
     /// Processes that have to stop and cannot be stopped now, and why not.
     pub stuck: Table<Seat<'a>, (Stop, String)>,
 }
@@ -123,6 +128,9 @@ impl<'a> Decider<'_, 'a> {
             .copied()
             .find(|live| self.facts.lives[*live].seat() == want.seat());
         if let Some(problem) = self.out_of_sight(want, instances) {
+            if self.may_hold(want).is_some() {
+                self.out.unseen.insert(id);
+            }
             return self.hold(id, problem);
         }
         let Some(live) = here else {
@@ -291,11 +299,12 @@ impl<'a> Decider<'_, 'a> {
                 if let (Some(problem), true) = (gate.waits, self.out.makes.contains_key(&id)) {
                     self.hold(id, problem);
                 }
-                let waits = self.out.waits.contains_key(&id);
-                if waits && !self.out.present.contains_key(&id) {
-                    Standing::Waits
-                } else {
-                    Standing::Done
+                let present = self.out.present.get(&id);
+                match present.map(|live| &self.facts.lives[*live]) {
+                    Some(live) if self.ends(&live.seat()) => Standing::Done,
+                    Some(live) => made(live),
+                    None if self.out.waits.contains_key(&id) => Standing::Waits,
+                    None => Standing::Done,
                 }
             });
         }

@@ -42,6 +42,19 @@ pub struct NodeSystem {
     /// Orders of the whole system; names of other nodes' components may occur.
     #[serde(default)]
     pub orders: Orders,
+    /// Those of other nodes' components, by instance: who plans over this part alone cannot see them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub elsewhere: BTreeMap<String, Elsewhere>,
+}
+
+/// A component of another node that the orders of a system name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Elsewhere {
+    /// Its node.
+    pub node: String,
+    /// False for one that nobody waits for when it cannot be brought up.
+    pub required: bool,
 }
 
 impl NodeSystem {

@@ -189,7 +189,8 @@ fn waits<'a>(
     let here = facts.processes.get(&want.seat()).copied();
     let here = here.filter(|_| !decisions.stops.contains_key(&want.seat()));
     let there = live.map(|live| live.manager);
-    let silent = here.into_iter().chain(there).any(|m| !m.responsive);
+    let unseen = decisions.unseen.contains(&id);
+    let silent = unseen || here.into_iter().chain(there).any(|m| !m.responsive);
     let shown = up.in_place.contains_key(&id)
         || up.resets.contains_key(&id)
         || down.idled.contains_key(&id)

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 pub(crate) use self::names::{Id, Keys, LinkId, Seat};
 use self::names::{Ids, LinkIds, Seats};
 use crate::desired::{
-    Desired, ManagerKey, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
+    Desired, Elsewhere, ManagerKey, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
 use crate::observed::{
     ComponentObserved, ConnectorObserved, Held, Inventory, ManagerObserved, NodeObserved, Observed,
@@ -88,11 +88,15 @@ pub(crate) struct Facts<'a> {
     /// Desired connectors.
     pub links: Table<LinkId<'a>, Link<'a>>,
     pub orders: BTreeMap<&'a str, SystemOrders<'a>>,
+    /// Components that the orders of a system name and that lie on nodes of which nothing is said here, by its uid.
+    pub elsewhere: BTreeMap<&'a str, BTreeMap<&'a str, &'a Elsewhere>>,
     /// Nodes that were told what to run.
     pub nodes: BTreeSet<&'a str>,
     /// Nodes with something to run, or to stop, that did not answer, and why.
     pub unknown: BTreeMap<&'a str, &'a str>,
     pub processes: Table<Seat<'a>, &'a ManagerObserved>,
+    /// Processes of systems that have not said what they hold.
+    pub unseen: Vec<(Seat<'a>, &'a ManagerObserved)>,
     pub lives: Vec<Live<'a>>,
     by_id: Table<Id<'a>, Vec<usize>>,
     pub by_name: FxHashMap<(&'a str, &'a str), Vec<usize>>,
@@ -199,6 +203,20 @@ impl<'a> Facts<'a> {
         for id in self.wants.keys() {
             self.members.entry(id.uid).or_default().push(*id);
         }
+        for part in desired.nodes.values().flat_map(|spec| &spec.systems) {
+            self.add_elsewhere(part);
+        }
+    }
+
+    fn add_elsewhere(&mut self, part: &'a NodeSystem) {
+        let uid = part.system.uid.as_str();
+        for (instance, there) in &part.elsewhere {
+            let id = self.ids.get(uid, instance);
+            if id.is_none_or(|id| !self.wants.contains_key(&id)) {
+                let others = self.elsewhere.entry(uid).or_default();
+                others.insert(instance, there);
+            }
+        }
     }
 
     fn add_link(&mut self, part: &'a NodeSystem, connector: &'a PlacedConnector) {
@@ -285,6 +303,9 @@ impl<'a> Facts<'a> {
             return;
         }
         self.processes.insert(seat, manager);
+        if manager.unseen && !manager.responsive && manager.key.system.is_some() {
+            self.unseen.push((seat, manager));
+        }
         let first = self.lives.len();
         for component in &manager.components {
             let index = self.lives.len();

@@ -243,7 +243,8 @@ impl<'a> Linker<'_, 'a> {
             None => {
                 let why = self.decisions.waits.get(&id);
                 let why = why.map_or("nothing makes it", String::as_str);
-                let there = match self.facts.unknown.contains_key(want.node) {
+                let unknown = self.facts.unknown.contains_key(want.node);
+                let there = match unknown || self.decisions.unseen.contains(&id) {
                     true => "cannot be seen",
                     false => "is not there",
                 };
@@ -252,7 +253,7 @@ impl<'a> Linker<'_, 'a> {
         }
     }
 
-    /// True when a component lies in a manager that does not answer.
+    /// True when a component lies in a manager that does not answer, or may do so.
     fn silent(&self, id: Id<'a>) -> bool {
         by_hand::silent(self.facts, self.decisions, id)
     }

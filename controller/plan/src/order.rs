@@ -11,6 +11,7 @@ mod limits;
 mod tell;
 mod walk;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::algo::kosaraju_scc;
@@ -18,7 +19,8 @@ use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
 use rts_schemas::system::{Condition, Orders, SendingTiming, WaitFor};
 
 use crate::graph::{Gate, Ix};
-use crate::index::{Facts, Id};
+use crate::index::{Facts, Id, Live};
+use crate::observed::LifeCycleState;
 use crate::plan::{OnTimeout, OrderName, Rule};
 
 /// A component in an order.
@@ -31,6 +33,9 @@ pub(crate) struct Member<'a> {
 }
 
 /// Visits the components of one system in the order that these lists ask for. Gives what has to be said of it.
+///
+/// A component of a node of which nothing is said here cannot be asked, and nobody knows how far it is: who comes after
+/// it waits.
 pub(crate) fn visit<'a>(
     facts: &Facts<'a>,
     ids: &[Id<'a>],
@@ -52,10 +57,23 @@ pub(crate) fn visit<'a>(
             .get(id)
             .is_none_or(|want| want.placed.spec.required),
     });
-    let order = Order::new(lists, members);
-    let over = order.walk(|instance, gate| match facts.id(uid, instance) {
-        Some(id) => visit(id, gate),
-        None => Standing::Done,
+    let elsewhere = facts.elsewhere.get(uid);
+    let others = elsewhere.into_iter().flatten().map(|(name, there)| Member {
+        name,
+        required: there.required,
+    });
+    let order = Order::new(lists, members.chain(others));
+    let over = order.walk(|instance, gate| {
+        if let Some(there) = elsewhere.and_then(|elsewhere| elsewhere.get(instance)) {
+            let node = &there.node;
+            return Standing::WaitsAs(
+                format!("is on {node}, where only a controller can ask").into(),
+            );
+        }
+        match facts.id(uid, instance) {
+            Some(id) => visit(id, gate),
+            None => Standing::Done,
+        }
     });
     order.tell(&over)
 }
@@ -94,7 +112,10 @@ pub(crate) enum Standing {
     /// It cannot get there now.
     Waits,
     /// It cannot get there now, and why (`was deactivated by hand`).
-    WaitsAs(&'static str),
+    WaitsAs(Cow<'static, str>),
+    /// It was asked and is not there yet, without a step of this plan: who needs more than the request waits, even for an
+    /// optional one, since its try has not ended. And why (`is being initialised`).
+    Asked(&'static str),
 }
 
 /// Conditions of one order of a profile.
@@ -119,6 +140,14 @@ pub(crate) fn making(orders: &Orders) -> [List<'_>; 2] {
         (OrderName::StartUp, &orders.start_up),
         (OrderName::Initializing, &orders.initializing),
     ]
+}
+
+/// How far a component that is there and stays is in these two. An older plan may still be at it.
+pub(crate) fn made(live: &Live<'_>) -> Standing {
+    match live.component.state {
+        LifeCycleState::Created => Standing::Asked("is being initialised"),
+        _ => Standing::Done,
+    }
 }
 
 /// The two that order Delete, since that also finalises.

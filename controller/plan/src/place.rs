@@ -3,6 +3,7 @@
 //! A node that is named outright wins, then a host hint that matches a node, then the local node. Nothing is left for
 //! an executor to choose.
 
+mod elsewhere;
 mod nodes;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,6 +18,7 @@ use crate::desired::{
     Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
 
+use self::elsewhere::elsewhere;
 pub use self::nodes::node_of_host;
 use self::nodes::{choose_nodes, hosts};
 
@@ -170,6 +172,7 @@ fn place_system(
         components: Vec::new(),
         connectors: Vec::new(),
         orders: system.spec.orders.clone(),
+        elsewhere: BTreeMap::new(),
     };
     let mut parts: BTreeMap<&str, NodeSystem> = BTreeMap::new();
     if system.deleting {
@@ -190,7 +193,11 @@ fn place_system(
             place_connector(&mut parts, connector, place_of);
         }
     }
-    for (node, part) in parts {
+    let named = elsewhere::named(&system.spec, &nodes);
+    for (node, mut part) in parts {
+        if !system.deleting {
+            part.elsewhere = elsewhere(&named, node);
+        }
         node_spec(&mut placed.desired, node).systems.push(part);
     }
 }

@@ -15,6 +15,8 @@
 //!   ends it in any case. What is left out for it is still a change, with the reason.
 //! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components; one
 //!   that has expired is stopped in the same way, and started again.
+//! - What a process holds that does not answer and never has is unknown, not empty: nothing of its system that is seen
+//!   nowhere is made, since it may be in there, until that process answers or is gone.
 //! - With `onDisconnect` other than `keep` a component is Active only with all its data connectors ([`crate::peers`]).
 //! - What a person changed by hand is put back or left, as `rtsctl.drift` says ([`mod@crate::drift`]); what is left is no
 //!   difference.
@@ -93,8 +95,12 @@ fn waiting_on(
         let ends = decisions.stops.contains_key(seat) || decisions.stuck.contains_key(seat);
         if !manager.responsive && !ends && key.system.is_some() && facts.nodes.contains(node) {
             let pid = manager.pid;
+            let unseen = match manager.unseen {
+                true => " and has not said what it holds",
+                false => "",
+            };
             let reason = format!(
-                "pid {pid} on {node} does not answer: end it with `kill -9 {pid}`, and it starts again"
+                "pid {pid} on {node} does not answer{unseen}: end it with `kill -9 {pid}`, and it starts again"
             );
             wait(target::manager(key), reason);
         }

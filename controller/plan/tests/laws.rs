@@ -112,12 +112,19 @@ proptest! {
 
     /// Teardown leaves nothing but what a person made, and does not touch that.
     #[test]
-    fn teardown_leaves_nothing(seed: u64, events in events(), silent in any::<u16>()) {
+    fn teardown_leaves_nothing(seed: u64, events in events(), silent in any::<u16>(), unseen in any::<u16>()) {
         let mut lab = Lab::after(seed, &events)?;
         lab.world.calm();
-        // Managers that do not answer, whichever, do not matter.
-        for (nth, manager) in lab.world.managers_mut().enumerate() {
-            manager.responsive = silent >> (nth % 16) & 1 == 0;
+        // Managers that do not answer, whichever, do not matter; nor does it that nobody knows what is in them.
+        for nth in 0..16 {
+            if silent >> nth & 1 == 0 {
+                continue;
+            }
+            if unseen >> nth & 1 == 1 {
+                lab.world.lose_sight_of_manager(nth);
+            } else if let Some(manager) = lab.world.managers_mut().nth(nth) {
+                manager.responsive = false;
+            }
         }
         let mine = by_hand(&lab.world);
         lab.world.delete("a");

@@ -9,13 +9,12 @@ mod world;
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
-use rts_plan::observed::LifeCycleState;
 use rts_plan::plan::{Plan, Rule, Step, StepId, Work};
 use rts_plan::{StoredSystem, service_provider};
 use rts_schemas::system::{Orders, PortKind};
 
-use lab::{Event, Lab, events};
-use world::specs::system;
+use lab::{Event, Lab, events, without};
+use world::specs::{NODES, system};
 
 /// No orders; data flows, and services are called, from lower to higher numbers only. One connector in three is a
 /// service.
@@ -34,6 +33,17 @@ fn silent_profile() -> impl Strategy<Value = StoredSystem> {
         }
         system
     })
+}
+
+/// The same without connectors, which an agent alone cannot make to other nodes.
+fn unconnected(events: &[Event]) -> Vec<Event> {
+    let mut events = without(events, |event| matches!(event, Event::Hand(_)));
+    for event in &mut events {
+        if let Event::Apply(system) = event {
+            system.spec.connectors.clear();
+        }
+    }
+    events
 }
 
 fn instance(step: &Step) -> Option<&str> {
@@ -64,13 +74,7 @@ proptest! {
         fail in 1..12usize,
     ) {
         let mut lab = Lab::after(seed, &events)?;
-        for (component, state) in lab.world.components_mut().zip(states) {
-            component.state = match state {
-                0 => LifeCycleState::Inactive,
-                1 => LifeCycleState::Error,
-                _ => continue,
-            };
-        }
+        lab.set_states(&states);
         let plan = lab.plan();
         lab.blocked.clear();
         lab.run(&plan, Some(fail))?;
@@ -79,6 +83,26 @@ proptest! {
         lab.world.delete("a");
         let teardown = lab.plan();
         lab.run(&teardown, Some(fail + 2))?;
+    }
+
+    /// Agents without a controller, each of which sees its own node alone, break no order among nodes either.
+    #[test]
+    fn agents_alone_break_no_order(
+        seed: u64,
+        events in events(),
+        kills in prop::collection::vec(0..9usize, 1..5),
+        states in prop::collection::vec(0..4u8, 12),
+    ) {
+        let events = unconnected(&events);
+        let mut lab = Lab::after(seed, &events)?;
+        lab.world.calm();
+        lab.converge()?;
+        kills.into_iter().for_each(|nth| lab.world.kill(nth));
+        lab.set_states(&states);
+        for node in NODES {
+            let plan = lab.alone(node);
+            lab.run(&plan, None)?;
+        }
     }
 
     /// Where the profile is silent, down-stream is asked first and providers are, and taking down goes the other way.

@@ -173,6 +173,52 @@ fn what_cannot_be_seen_is_left_alone() {
 }
 
 #[test]
+fn what_has_not_said_what_it_holds_is_not_empty() {
+    let mut story = Story::running();
+    let main = |story: &Story| {
+        let mut managers = story.world.managers();
+        managers.position(|(_, m)| m.key.name == "main").unwrap()
+    };
+    let nth = main(&story);
+    story.world.lose_sight_of_manager(nth);
+    let silent = story.turn();
+    // Somewhere else it may be a second one.
+    for component in &mut story.world.systems[0].spec.components {
+        component.placement.isolated = component.instance != "Sine0";
+    }
+    let moved = story.turn();
+    assert!(story.plan().steps.is_empty());
+    for component in &mut story.world.systems[0].spec.components {
+        component.placement.isolated = true;
+    }
+    // Nothing is desired in it any more.
+    let all_moved = story.turn();
+    insta::assert_snapshot!(format!("{silent}\n{moved}\n{all_moved}"));
+    assert!(story.plan().is_empty());
+}
+
+#[test]
+fn what_has_not_said_what_it_holds_is_replaced_or_goes_with_its_system() {
+    let mut replaced = Story::running();
+    let nth = replaced
+        .world
+        .managers()
+        .position(|(_, m)| m.key.name == "main");
+    let nth = nth.unwrap();
+    replaced.world.lose_sight_of_manager(nth);
+    let main = replaced.world.managers_mut().nth(nth);
+    main.unwrap().expired = Some("its process has not answered for longer than 5 s".to_owned());
+    let replacement = replaced.turn();
+    replaced.ends_well();
+    let mut deleted = Story::running();
+    deleted.world.lose_sight_of_manager(nth);
+    deleted.world.delete("hello");
+    let deletion = deleted.turn();
+    insta::assert_snapshot!(format!("{replacement}\n{deletion}"));
+    assert_eq!(deleted.world.managers().count(), 0);
+}
+
+#[test]
 fn made_by_hand_is_drift() {
     let mut story = Story::running();
     story.world.create_by_hand(0, "Mine0", false);

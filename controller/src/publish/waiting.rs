@@ -15,6 +15,9 @@ use crate::reconcile::{Backoff, Entry, target_of};
 use crate::sessions::NodeEntry;
 use crate::store::SystemRecord;
 
+/// How the planner's reason ends when a component stays in Error until somebody resets it.
+const STAYS: &str = "(rtsctl.resetOnError is off)";
+
 /// Why a target does not go on.
 #[derive(Debug, Clone)]
 pub struct Reason {
@@ -22,6 +25,13 @@ pub struct Reason {
     pub text: String,
     /// It is expected to pass by itself within moments.
     pub transient: bool,
+}
+
+impl Reason {
+    /// True when nothing tries it again by itself.
+    fn stays(&self) -> bool {
+        self.text.ends_with(STAYS)
+    }
 }
 
 /// Target → reason, over all systems.
@@ -52,6 +62,10 @@ pub fn reasons(
     let tried: BTreeSet<&str> = steps.map(|step| step.target.as_str()).collect();
     for (key, entry) in backoff.failing() {
         let target = target_of(key);
+        // That its last try failed is how it came to be in Error.
+        if reasons.get(target).is_some_and(Reason::stays) {
+            continue;
+        }
         if entry.blocks(now) || tried.contains(target) {
             reasons.insert(target.to_owned(), lasting(&entry.reason));
         }
@@ -111,7 +125,7 @@ pub fn of_system(
                 return None;
             }
             let entry = entry.or_else(|| known().next());
-            let blocks = entry.filter(|entry| entry.blocks(now));
+            let blocks = entry.filter(|entry| entry.blocks(now) && !reason.stays());
             Some(Waiting {
                 target: target.clone(),
                 reason: reason.text.clone(),

@@ -12,9 +12,9 @@ use tokio::time::Instant;
 
 use super::by_system::by_system;
 use super::node_specs::NodeSpecs;
+use super::results::{self, MadeFor};
 use super::side::{Unfinished, beside};
 use super::slots::{Left, Slots, system_of};
-use super::results::{self, MadeFor};
 use super::{SLOW_TICK, Stamp};
 use crate::core::{Core, RunState};
 use crate::execute::{Executor, Peer, StartTimeouts};
@@ -250,11 +250,12 @@ impl Run {
         loop {
             tokio::select! {
                 biased;
-                // It comes seldom enough to hold nothing up.
                 _ = publish.tick(), if dirty => {
                     dirty = false;
                     self.show(&run.progress.running, &run.progress.ended);
                     self.core.publish();
+                    // However long that took, what has come meanwhile is taken first.
+                    publish.reset();
                 }
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
@@ -313,7 +314,9 @@ impl Run {
         let registry = self.core.registry();
         let given = registry.nodes.get(node);
         let own = self.generations.get(node);
-        given.zip(own).is_some_and(|(given, own)| given.generation > *own)
+        given
+            .zip(own)
+            .is_some_and(|(given, own)| given.generation > *own)
     }
 
     fn show(&self, running: &[u32], ended: &BTreeMap<u32, StepOutcome>) {

@@ -156,16 +156,26 @@ impl NodeEntry {
     }
 
     /// The live session greets once more. What was done since it said so may have overtaken it on its way: all is asked
-    /// for again, and one that is older than what is known changes nothing.
-    fn greeted_again(&mut self, session: Session, inventory: Inventory) {
+    /// for again, and one that is older than what is known changes nothing. Its ledger counts only where it is newer.
+    fn greeted_again(&mut self, mut session: Session, inventory: Inventory) {
+        if let Some(known) = &self.session.ledger
+            && !session
+                .ledger
+                .as_ref()
+                .is_some_and(|told| is_newer(told, known))
+        {
+            session.ledger = self.session.ledger.clone();
+            session.claim = self.session.claim.clone();
+        }
         if inventory.revision >= self.inventory.revision {
-            let newest = self.session.revision.max(session.revision);
+            session.revision = self.session.revision.max(session.revision);
             self.session = session;
-            self.session.revision = newest;
             self.inventory = inventory;
         } else {
             self.session.alive = session.alive;
             self.session.seen = session.seen;
+            self.session.ledger = session.ledger;
+            self.session.claim = session.claim;
         }
         self.lost = false;
         self.silent = None;
@@ -238,4 +248,9 @@ impl NodeEntry {
         }
         self.silent = (self.failures > 1).then(|| reason.to_owned());
     }
+}
+
+fn is_newer(told: &LedgerFence, known: &LedgerFence) -> bool {
+    told.cluster_uid == known.cluster_uid
+        && (told.epoch, told.generation) > (known.epoch, known.generation)
 }

@@ -56,6 +56,7 @@ fn inventory(revision: u64) -> Inventory {
         pid: 1,
         started: String::new(),
         responsive: true,
+        unseen: false,
         expired: None,
         modules: Default::default(),
         opened: Default::default(),

@@ -139,6 +139,7 @@ fn change(state: &mut State, step: &Step) {
             incarnation,
             started: "2027-01-15T08:00:00Z".into(),
             responsive: true,
+            unseen: false,
             expired: None,
             modules: BTreeSet::new(),
             opened: Default::default(),

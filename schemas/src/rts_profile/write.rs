@@ -40,8 +40,8 @@ pub fn write(spec: &SystemSpec, options: &WriteOptions<'_>) -> String {
     let name = names::system_name(&spec.full_id, None);
     let own_name = (name.as_deref() != Some(&spec.name)).then(|| property(NAME_KEY, &spec.name));
     let root = Tag::new("rts:RtsProfile")
-        .with("xmlns:rts", super::read_xml::RTS)
-        .with("xmlns:rtsExt", super::read_xml::RTS_EXT)
+        .with("xmlns:rts", super::forms::RTS)
+        .with("xmlns:rtsExt", super::forms::RTS_EXT)
         .with("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance")
         .with_some(
             "xsi:type",

@@ -1,12 +1,25 @@
 //! The tree that the reader makes.
 
+use std::sync::Arc;
+
 use crate::span::{Span, Text};
+
+/// A document: its root element, and the comments and instructions around it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tree {
+    /// Before the root.
+    pub before: Vec<Node>,
+    /// The root element.
+    pub root: Element,
+    /// After the root.
+    pub after: Vec<Node>,
+}
 
 /// An element with everything in it, in the order of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {
     /// Namespace URI; empty when there is none.
-    pub namespace: String,
+    pub namespace: Arc<str>,
     /// Name without prefix.
     pub local: String,
     /// Name as written.
@@ -23,7 +36,7 @@ pub struct Element {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Attribute {
     /// Namespace URI; empty when there is none.
-    pub namespace: String,
+    pub namespace: Arc<str>,
     /// Name without prefix.
     pub local: String,
     /// Name as written.
@@ -38,19 +51,21 @@ pub struct Attribute {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Node {
     /// An element.
-    Element(Element),
+    Element(Box<Element>),
     /// Text, references resolved.
     Text(String),
     /// A comment.
     Comment(String),
+    /// A processing instruction, without its `<?` and `?>`.
+    Instruction(String),
 }
 
 impl Element {
     /// The child elements.
     pub fn elements(&self) -> impl Iterator<Item = &Element> {
         self.children.iter().filter_map(|node| match node {
-            Node::Element(element) => Some(element),
-            Node::Text(_) | Node::Comment(_) => None,
+            Node::Element(element) => Some(&**element),
+            Node::Text(_) | Node::Comment(_) | Node::Instruction(_) => None,
         })
     }
 
@@ -58,7 +73,7 @@ impl Element {
     pub fn attribute(&self, namespaces: &[&str], local: &str) -> Option<Text> {
         self.attributes
             .iter()
-            .find(|a| a.local == local && namespaces.contains(&a.namespace.as_str()))
+            .find(|a| a.local == local && namespaces.contains(&&*a.namespace))
             .map(|a| Text::new(a.value.clone(), a.span))
     }
 }

@@ -1,5 +1,6 @@
 //! What is as desired is left alone.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use rts_schemas::names;
@@ -51,17 +52,24 @@ impl SettledUntouched {
         (as_desired && !hit && !other).then_some((alive, candidates))
     }
 
-    /// What makes a manager, or a plan, take down a settled component: its policy asks for all its connectors.
-    fn needs_a_peer(&self, alive: &Alive, candidates: &Candidates) -> bool {
-        let instance = &alive.subject.instance;
+    /// What makes a manager, or a plan, take down a settled component: its policy asks for all its connectors, and one of
+    /// them is not there, or ends at a component that goes for this same reason.
+    fn needs_a_peer<'a>(
+        &'a self,
+        alive: &'a Alive,
+        candidates: &Candidates,
+        seen: &mut BTreeSet<&'a str>,
+    ) -> bool {
+        let instance = alive.subject.instance.as_str();
         let policy = candidates.agreed(instance).map(|spec| &spec.policy);
-        if policy.is_none_or(|policy| policy.on_disconnect == OnDisconnect::Keep) {
+        let keeps = policy.is_none_or(|policy| policy.on_disconnect == OnDisconnect::Keep);
+        if keeps || !seen.insert(instance) {
             return false;
         }
         let uid = alive.subject.system.as_ref().map_or("", |s| s.uid.as_str());
         let connectors = candidates.present().flat_map(|spec| &spec.connectors);
         let mut own =
-            connectors.filter(|c| c.source.instance == *instance || c.target.instance == *instance);
+            connectors.filter(|c| c.source.instance == instance || c.target.instance == instance);
         own.any(|connector| {
             let agreed = candidates.agreed_connector(&connector.name).is_some();
             let ends = [&connector.source.instance, &connector.target.instance];
@@ -73,13 +81,16 @@ impl SettledUntouched {
                 return true;
             };
             let made = source.connectors.get(&connector.name);
-            !agreed || made != Some(&Some(target.subject.incarnation.clone()))
+            !agreed
+                || made != Some(&Some(target.subject.incarnation.clone()))
+                || self.needs_a_peer(source, candidates, seen)
+                || self.needs_a_peer(target, candidates, seen)
         })
     }
 
     fn touched(&self, at: Duration, subject: &Subject, deed: &str) {
         if let Some((alive, candidates)) = self.settled(&subject.incarnation)
-            && !self.needs_a_peer(alive, &candidates)
+            && !self.needs_a_peer(alive, &candidates, &mut BTreeSet::new())
         {
             self.broken(at, subject, deed);
         }
@@ -182,163 +193,4 @@ impl Witness for SettledUntouched {
 }
 
 #[cfg(test)]
-mod tests {
-    use rts_schemas::system::SystemSpec;
-
-    use super::super::fixtures::{
-        activated, blemished, connected, connector, created, deleted, desired_acked, disconnected,
-        ended, hello, see, state, subject,
-    };
-    use super::*;
-
-    fn spec() -> SystemSpec {
-        let mut spec = hello(&["A", "B"]);
-        spec.connectors = vec![connector("A.out-B.in", "A", "B")];
-        spec
-    }
-
-    fn both() -> (Subject, Subject) {
-        (subject("A", "node1", "p1"), subject("B", "node1", "p2"))
-    }
-
-    /// What is said when this happens to the running system, after this was asked for.
-    fn verdict(ask: impl FnOnce(&Desired), then: &[Happened]) -> Option<String> {
-        let verdicts = Verdicts::default();
-        let mut desired = Desired::default();
-        let mut witness = SettledUntouched::new(desired.clone(), verdicts.clone());
-        desired.asked(&spec());
-        let (a, b) = both();
-        let up = [
-            desired_acked(Some(1)),
-            created(&a),
-            created(&b),
-            connected(&a, "A.out-B.in"),
-            activated(&a),
-            activated(&b),
-        ];
-        see(&mut desired, &up);
-        see(&mut witness, &up);
-        desired.converged();
-        ask(&desired);
-        see(&mut witness, then);
-        verdicts.first().map(|violation| violation.to_string())
-    }
-
-    fn nothing(_: &Desired) {}
-
-    fn deactivated(of: &Subject) -> Happened {
-        state(of, "Active", "Inactive", Cause::Asked)
-    }
-
-    #[test]
-    fn every_way_to_touch_what_is_well_is_named() {
-        let (a, b) = both();
-        assert_eq!(
-            verdict(nothing, &[deactivated(&b)]).unwrap(),
-            "at 0.000 s, settled-untouched: component B of hello on node1: it was deactivated, though it was Active, no \
-             fault had hit it, and nobody had asked for a change of it"
-        );
-        let ways = [
-            (vec![deleted(&a, Cause::Asked)], "it was deleted"),
-            (
-                vec![ended("node1", "p1", Cause::Asked)],
-                "its process was ended",
-            ),
-            (
-                vec![disconnected(&a, "A.out-B.in", Cause::Asked)],
-                "its connector A.out-B.in was cut",
-            ),
-        ];
-        for (all, deed) in ways {
-            let text = verdict(nothing, &all).unwrap();
-            assert!(text.contains(deed), "{text}");
-        }
-        let at_once =
-            verdict_at_once(&[deleted(&a, Cause::Died), ended("node1", "p1", Cause::Asked)]);
-        assert!(at_once.unwrap().contains("its process was ended"));
-    }
-
-    /// All of it at the same time.
-    fn verdict_at_once(all: &[Happened]) -> Option<String> {
-        let verdicts = Verdicts::default();
-        let mut desired = Desired::default();
-        desired.asked(&spec());
-        let mut witness = SettledUntouched::new(desired.clone(), verdicts.clone());
-        let (a, b) = both();
-        let up = [created(&a), created(&b), activated(&a), activated(&b)];
-        see(&mut desired, &up);
-        see(&mut witness, &up);
-        for what in all {
-            witness.see(Duration::from_secs(9), what);
-        }
-        verdicts.first().map(|violation| violation.to_string())
-    }
-
-    #[test]
-    fn faults_and_what_is_done_about_them_are_no_disturbance() {
-        let (a, b) = both();
-        let good: [&[Happened]; 5] = [
-            &[
-                state(&b, "Active", "Error", Cause::Fault),
-                deleted(&b, Cause::Asked),
-            ],
-            &[
-                ended("node1", "p2", Cause::Died),
-                disconnected(&a, "A.out-B.in", Cause::Asked),
-            ],
-            &[blemished("p2", None), deactivated(&b)],
-            &[
-                blemished("p1", Some("A")),
-                ended("node1", "p1", Cause::Asked),
-            ],
-            &[disconnected(&a, "A.out-B.in", Cause::Died)],
-        ];
-        for all in good {
-            assert_eq!(verdict(nothing, all), None, "{all:?}");
-        }
-    }
-
-    #[test]
-    fn what_was_asked_for_is_done() {
-        let (a, b) = both();
-        let mut changed = spec();
-        changed.components[1].configuration.active = Some("fast".to_owned());
-        let change = |desired: &Desired| desired.asked(&changed);
-        assert_eq!(verdict(change, &[deactivated(&b)]), None);
-        let other = verdict(change, &[deactivated(&a)]);
-        assert!(other.unwrap().contains("component A"), "only B was changed");
-        let end = |desired: &Desired| desired.deletion_asked("hello");
-        let all = [
-            deactivated(&a),
-            disconnected(&a, "A.out-B.in", Cause::Asked),
-        ];
-        assert_eq!(verdict(end, &all), None);
-        let module = |desired: &Desired| desired.module_changed("Any");
-        assert_eq!(verdict(module, &[ended("node1", "p1", Cause::Asked)]), None);
-        let hand = |desired: &Desired| desired.by_hand("B");
-        assert_eq!(verdict(hand, &[deactivated(&b)]), None);
-        let mut unplugged = spec();
-        unplugged.connectors.clear();
-        let unplug = |desired: &Desired| desired.asked(&unplugged);
-        assert_eq!(
-            verdict(unplug, &[disconnected(&a, "A.out-B.in", Cause::Asked)]),
-            None
-        );
-    }
-
-    #[test]
-    fn who_needs_a_peer_goes_when_that_is_lost() {
-        let (a, b) = both();
-        let mut strict = spec();
-        strict.components[0].policy.on_disconnect = OnDisconnect::Deactivate;
-        let ask = |desired: &Desired| {
-            desired.asked(&strict);
-            let mut desired = desired.clone();
-            see(&mut desired, &[desired_acked(Some(2))]);
-            desired.converged();
-        };
-        let lost = [state(&b, "Active", "Error", Cause::Fault), deactivated(&a)];
-        assert_eq!(verdict(ask, &lost), None);
-        assert!(verdict(ask, &[deactivated(&a)]).is_some());
-    }
-}
+mod tests;

@@ -44,6 +44,7 @@ impl Witness for Coverage {
                 self.count("crashes of the controller");
             }
             Happened::Crashed { .. } => self.count("crashes of agents"),
+            Happened::DidNotStart { .. } => self.count("programs that did not come up"),
             Happened::Rebooted { .. } => self.count("losses of power"),
             Happened::ProcessStarted { .. } => self.count("processes started"),
             Happened::Created(_) => self.count("components created"),

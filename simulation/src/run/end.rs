@@ -7,8 +7,9 @@ use std::time::Duration;
 use tokio::time::{Instant, sleep};
 
 use super::look::{self, Wrongs};
+use super::stage::Stage;
 use super::user::Users;
-use super::world::World;
+
 use crate::check::Violation;
 
 /// What users want is there after so long a quiet. The longest way there is that of a batch whose results stopped coming
@@ -20,8 +21,8 @@ pub const BOUND: Duration = Duration::from_secs(270);
 const PATIENCE: Duration = Duration::from_secs(15);
 /// Times that a user does so.
 const REMEDIES: u32 = 4;
-/// How often what is as desired may still be doubted by the controller. That nothing is touched is another invariant.
-const FLAPS: u32 = 2;
+/// What was lost before the quiet is missed so long after it: until then a node may still be found to be silent.
+const AFTERMATH: Duration = Duration::from_secs(10);
 /// How long everything must stay as it is.
 const STAYS: Duration = Duration::from_secs(8);
 /// How often it is looked.
@@ -35,7 +36,8 @@ const CONVERGENCE: &str = "convergence";
 const NOTHING_LEFT: &str = "nothing-left";
 
 /// Waits until what users want is there, and then until nothing is left. The violation where that does not come to be.
-pub(super) async fn end(world: &Arc<World>, users: &Users, again: bool) -> Result<(), Violation> {
+pub(super) async fn end(world: &Arc<Stage>, users: &Users, again: bool) -> Result<(), Violation> {
+    let quiet = Instant::now();
     users.insist();
     for (system, wish) in users.wishes() {
         if wish.is_said() && !again {
@@ -55,23 +57,21 @@ pub(super) async fn end(world: &Arc<World>, users: &Users, again: bool) -> Resul
         }
     }
     world.note("all wishes are acknowledged");
-    let mut flaps = 0;
     loop {
         come_to_be(world, users, again).await?;
         world.note("everything is as desired");
         world.desired.converged();
-        // Just after a cut a node may still be found to be silent.
         match stay(world, users).await {
             Ok(()) => break,
-            Err(violation) if flaps >= FLAPS => return Err(violation),
-            Err(_) => flaps += 1,
+            Err(_) if quiet.elapsed() < AFTERMATH => {}
+            Err(violation) => return Err(violation),
         }
     }
     world.note("everything is taken down");
     take_down(world, users).await
 }
 
-async fn come_to_be(world: &Arc<World>, users: &Users, restored: bool) -> Result<(), Violation> {
+async fn come_to_be(world: &Arc<Stage>, users: &Users, restored: bool) -> Result<(), Violation> {
     let mut began = Instant::now();
     let mut last = began;
     let mut remedies = 0;
@@ -121,7 +121,7 @@ fn resurrected(users: &Users, wrongs: &Wrongs) -> Option<String> {
     wrongs.keys().find(gone).cloned()
 }
 
-fn excused(world: &World, users: &Users, wrongs: &Wrongs) -> Option<(String, String)> {
+fn excused(world: &Stage, users: &Users, wrongs: &Wrongs) -> Option<(String, String)> {
     let wishes = users.wishes();
     wrongs.keys().find_map(|system| {
         let wish = wishes.get(system).filter(|wish| wish.wanted)?;
@@ -130,7 +130,7 @@ fn excused(world: &World, users: &Users, wrongs: &Wrongs) -> Option<(String, Str
 }
 
 /// What is as desired stays so.
-async fn stay(world: &Arc<World>, users: &Users) -> Result<(), Violation> {
+async fn stay(world: &Arc<Stage>, users: &Users) -> Result<(), Violation> {
     let until = Instant::now() + STAYS;
     while Instant::now() < until {
         let wrongs = look::wrongs(world, &users.wishes());
@@ -142,7 +142,7 @@ async fn stay(world: &Arc<World>, users: &Users) -> Result<(), Violation> {
     Ok(())
 }
 
-async fn take_down(world: &Arc<World>, users: &Users) -> Result<(), Violation> {
+async fn take_down(world: &Arc<Stage>, users: &Users) -> Result<(), Violation> {
     for (system, wish) in users.wishes() {
         if wish.wanted && !users.delete(&system, CALLS).await {
             let what = "no answer to its user".to_owned();
@@ -163,7 +163,7 @@ async fn take_down(world: &Arc<World>, users: &Users) -> Result<(), Violation> {
 }
 
 /// What is left on machines, in the store, in ledgers.
-fn left(world: &World, users: &Users) -> Vec<String> {
+fn left(world: &Stage, users: &Users) -> Vec<String> {
     let mut left = Vec::new();
     for (system, words) in look::wrongs(world, &users.wishes()) {
         left.extend(words.iter().map(|word| format!("{system}: {word}")));
@@ -194,13 +194,13 @@ fn left(world: &World, users: &Users) -> Vec<String> {
     left
 }
 
-fn broken(world: &World, invariant: &'static str, wrongs: Wrongs) -> Violation {
+fn broken(world: &Stage, invariant: &'static str, wrongs: Wrongs) -> Violation {
     let words = |(system, words): (String, Vec<String>)| format!("{system}: {}", words.join("; "));
     let all: Vec<String> = wrongs.into_iter().map(words).collect();
     violation(world, invariant, "what users want", all.join(" | "))
 }
 
-fn violation(world: &World, invariant: &'static str, subject: &str, what: String) -> Violation {
+fn violation(world: &Stage, invariant: &'static str, subject: &str, what: String) -> Violation {
     Violation {
         at: world.truth.now(),
         invariant,

@@ -7,10 +7,10 @@ use rts_manager_api::control::ComponentInfo;
 use rts_plan::observed::NodeObserved;
 use rts_schemas::system::{ComponentSpec, OnHang, SystemSpec};
 
-use super::user::Wish;
-use super::world::World;
+use super::wish::Wish;
 use crate::machine::Really;
 use crate::workload::node_of;
+use crate::world::World;
 
 /// What is not as it should be, in words; by system, with an empty name for what belongs to none.
 pub(super) type Wrongs = BTreeMap<String, Vec<String>>;

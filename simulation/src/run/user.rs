@@ -14,7 +14,8 @@ use rts_controller_api::requests::ApplyRequest;
 use rts_schemas::system::SystemSpec;
 use tokio::time::{Instant, sleep, timeout};
 
-use super::world::{World, module};
+use super::stage::{Stage, module};
+use super::wish::Wish;
 use crate::fleet::SimUser;
 use crate::schedule::{Deed, Schedule, What};
 use crate::truth::Happened;
@@ -30,7 +31,7 @@ const CALLS: u32 = 3;
 
 /// All users together.
 pub(super) struct Users {
-    world: Arc<World>,
+    world: Arc<Stage>,
     user: SimUser,
     wishes: Mutex<BTreeMap<String, Wish>>,
     busy: AtomicBool,
@@ -38,29 +39,9 @@ pub(super) struct Users {
     patient: AtomicBool,
 }
 
-/// What is wanted of one system.
-#[derive(Debug, Clone)]
-pub(super) struct Wish {
-    /// As it was last applied, or would be.
-    pub spec: SystemSpec,
-    /// It is to be there.
-    pub wanted: bool,
-    /// The last word was acknowledged.
-    pub acked: bool,
-    /// A module was exchanged since the last apply: it counts, and what restarts needs it, once it is applied again.
-    pub stale: bool,
-}
-
-impl Wish {
-    /// Nothing is left to be said of it.
-    pub fn is_said(&self) -> bool {
-        self.acked && !(self.wanted && self.stale)
-    }
-}
-
 impl Users {
     /// Users who want nothing yet.
-    pub fn new(world: &Arc<World>, schedule: &Schedule) -> Self {
+    pub fn new(world: &Arc<Stage>, schedule: &Schedule) -> Self {
         let wish = |spec: &SystemSpec| {
             let wish = Wish {
                 spec: spec.clone(),

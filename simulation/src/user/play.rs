@@ -5,23 +5,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use futures_util::future::{BoxFuture, join_all};
-use rts_agent_api::ClientError;
-use rts_controller::Core;
+use futures_util::future::join_all;
 use rts_controller::simulator::Scenario;
 use rts_controller_api::Problem;
 use rts_controller_api::objects::{Event, Node};
-use rts_controller_api::requests::ApplyResult;
 use rts_controller_api::simulate::Simulated;
 use tokio::time::{Instant, sleep};
 
+use super::apply::apply;
 use super::end::{Wanted, converged, end};
 use super::record::Record;
-use super::world::World;
-use super::{programs, strike};
+use super::strike::strike;
+use super::world::{update_modules, world};
 use crate::faults::{Fault, Timed, When};
-use crate::fleet::SimUser;
-use crate::words::{self, CONTROLLER};
+use crate::words;
+use crate::world::trouble::{Lasts, lasts};
+use crate::world::{World, programs};
 
 /// Time for all that is stored to come up.
 const COME_UP: Duration = Duration::from_secs(120);
@@ -29,18 +28,14 @@ const COME_UP: Duration = Duration::from_secs(120);
 const SETTLED: Duration = Duration::from_secs(15);
 /// How often it is looked at everything.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time between two tries to apply.
-const AGAIN: Duration = Duration::from_millis(500);
 
 /// Plays a scenario through.
 pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, Problem> {
     let failed = |e: &dyn std::error::Error| Problem::internal(e.to_string());
-    let world = World::new(scenario).await.map_err(|e| failed(&e))?;
+    let world = world(scenario).await.map_err(|e| failed(&e))?;
     let record = Record::new();
     world.truth.show(record.clone());
-    for host in world.nodes.keys().map(String::as_str).chain([CONTROLLER]) {
-        tokio::spawn(programs::run(Arc::clone(&world), host.to_owned()));
-    }
+    programs::start_all(&world);
     let mut story = Story {
         wanted: Wanted {
             systems: scenario.before.systems.keys().cloned().collect(),
@@ -52,7 +47,7 @@ pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, 
         record,
     };
     story.come_up(scenario).await?;
-    story.world.update_modules();
+    update_modules(&story.world, scenario);
     let waits = Arc::new(AtomicUsize::new(0));
     // What was said of the begin is not told.
     story.drain();
@@ -129,11 +124,11 @@ impl Story {
             }
             record.tell(world.truth.now(), "fault", "Fault", text.clone());
             // What never ends is not waited for.
-            let for_ever = faults.iter().any(strike::lasts_for_ever);
+            let for_ever = faults.iter().any(|fault| lasts(fault) == Lasts::ForEver);
             if for_ever {
                 waits.fetch_sub(1, Ordering::Relaxed);
             }
-            let strikes = faults.iter().map(|fault| strike::strike(&world, fault));
+            let strikes = faults.into_iter().map(|fault| strike(&world, fault));
             if join_all(strikes).await.contains(&true) {
                 record.tell(world.truth.now(), "fault", "FaultOver", text);
             }
@@ -287,35 +282,4 @@ fn steps_are_there(faults: &[Timed], steps: usize) -> Result<(), Problem> {
 
 fn millis(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
-}
-
-/// Applies as rtsctl does, again and again while that may help.
-async fn apply(
-    world: Arc<World>,
-    record: Record,
-    scenario: &Scenario,
-) -> Result<ApplyResult, Problem> {
-    let user = SimUser::new(&world.hosts);
-    let name = scenario.request.spec.name.clone();
-    let mut told = false;
-    loop {
-        let request = scenario.request.clone();
-        let of = name.clone();
-        let work = move |core: Arc<Core>| -> BoxFuture<'static, _> {
-            let (name, request) = (of.clone(), request.clone());
-            Box::pin(async move { rts_controller::apply(&core, &name, request, None).await })
-        };
-        let why = match user.ask(work).await {
-            Ok(result) => return Ok(result),
-            Err(ClientError::Problem(problem)) if !problem.retryable => return Err(problem),
-            Err(ClientError::Problem(problem)) => problem.detail,
-            Err(error) => error.to_string(),
-        };
-        if !std::mem::replace(&mut told, true) {
-            let object = format!("system/{name}");
-            let text = format!("not applied yet, and tried again: {why}");
-            record.tell(world.truth.now(), &object, "ApplyFailed", text);
-        }
-        sleep(AGAIN).await;
-    }
 }

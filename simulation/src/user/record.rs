@@ -271,6 +271,10 @@ impl Witness for Record {
                     "its program is gone".to_owned(),
                 );
             }
+            Happened::DidNotStart { host, why } => {
+                let message = format!("{host} does not come up: {why}");
+                inner.tell(at, "simulation", "Note", message);
+            }
             Happened::Note(words) => inner.tell(at, "simulation", "Note", words.clone()),
             _ => {}
         }

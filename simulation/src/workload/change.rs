@@ -128,7 +128,7 @@ impl Change {
             }),
             Self::Move { instance, node } => {
                 find(&mut spec, instance, &|c| {
-                    c.placement.node = Some(node.clone())
+                    c.placement.node = Some(node.clone());
                 });
                 let components = spec.components.clone();
                 let of = |name: &str| components.iter().find(|c| c.instance == name);

@@ -151,6 +151,7 @@ pub fn node_spec_with(policy: &Policy) -> NodeSpecEnvelope {
             components: COMPONENTS.map(placed).to_vec(),
             connectors: connectors(),
             orders: Default::default(),
+            elsewhere: Default::default(),
             generation: 1,
         }],
     };

@@ -136,10 +136,6 @@ async fn turmoil(seed: u64) {
     for (instance, ..) in COMPONENTS {
         node.machine.misbehave(instance, None);
     }
-    // An agent that found a process hanging does not know what is in it, and leaves it alone.
-    for name in ["hello.main", "hello.print"] {
-        node.machine.kill(Some(name));
-    }
     life.end();
     let last = node.start(&Life::new("node1", number + 1)).await;
     let up = until_up(&last).await;

@@ -11,4 +11,4 @@ pub const BINDINGS_GO_WITH_THEIR_SOURCE: bool = false;
 pub const APPLIES_DO_NOT_DISTURB_EACH_OTHER: bool = false;
 
 /// An agent that starts and finds a process that hangs replaces it when its policy says so.
-pub const A_NEW_AGENT_REPLACES_WHAT_HANGS: bool = false;
+pub const A_NEW_AGENT_REPLACES_WHAT_HANGS: bool = true;

@@ -36,7 +36,7 @@ pub enum Transition {
     Activate,
     /// Stop to execute.
     Deactivate,
-    /// A callback failed while it was active or was being activated or deactivated.
+    /// A callback failed while it was active or was being activated or deactivated, or one that was told of a new rate.
     Abort,
     /// Leave Error.
     Reset,

@@ -159,6 +159,8 @@ impl Context<'_> {
         rate.map_or(Ok(()), |rate| self.set_rate(rate))
     }
 
+    /// Changes the rate. The new one holds even when `on_rate_changed` fails; that leads to Error, as in OpenRTM-aist, so
+    /// that a component which does not run as it should is not taken for one that does.
     fn set_rate(&mut self, rate: f64) -> Result<(), Failure> {
         let former = std::mem::replace(&mut lock(&self.component.status).rate, rate);
         if former == rate {
@@ -169,9 +171,11 @@ impl Context<'_> {
         self.component
             .log
             .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        self.instance
-            .callback(callback::RATE_CHANGED)
-            .map_err(|e| refusal(self.component, &e))
+        let told = self.instance.callback(callback::RATE_CHANGED);
+        told.map_err(|error| {
+            self.abort(&error.message);
+            refusal(self.component, &error)
+        })
     }
 }
 

@@ -14,8 +14,10 @@ use crate::folders::Folders;
 
 /// Name in either folder.
 const FILE: &str = "agent.lock";
-/// How long the agent before may hold them.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// How long the agent before may hold them: longer than its last requests and its last write take.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Between two tries.
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// Both locks, held for life.
 #[derive(Debug)]
@@ -71,7 +73,7 @@ async fn take(folder: &Path, node: &str) -> Result<Held, StartError> {
         if Instant::now() >= end {
             return Err(running(node, path));
         }
-        sleep(PATIENCE / 20).await;
+        sleep(PAUSE).await;
     }
 }
 

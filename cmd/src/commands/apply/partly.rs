@@ -53,6 +53,16 @@ fn rest(system: &System, waiting: &[Waiting]) -> Rest {
     if required.clone().all(|w| held(w) || waits(w)) && required.clone().any(held) {
         return Rest::Held;
     }
+    let in_error = |w: &Waiting| {
+        let instance = w.target.strip_prefix("component/")?;
+        let stays = w.next_try.is_none() && w.reason.ends_with("(rtsctl.resetOnError is off)");
+        stays.then(|| instance.to_owned())
+    };
+    let instances: Vec<String> = required.clone().filter_map(in_error).collect();
+    let stops = |w: &Waiting| held(w) || waits(w) || in_error(w).is_some();
+    if !instances.is_empty() && required.clone().all(stops) {
+        return Rest::InError(instances);
+    }
     if waiting.iter().all(|w| !w.required) || !required.clone().all(by_hand) {
         return Rest::Tried;
     }
@@ -155,6 +165,19 @@ mod tests {
         system.spec.connectors = connectors();
         insta::assert_snapshot!(said(&system, &[cut, idle]), @"system/hello is only partly applied: not as it should be: connector/Sine0.out-Filter0.in, component/Filter0; it was changed by hand and is left so (rtsctl.drift) until `rtsctl connect Sine0.out Filter0.in` and `rtsctl activate Filter0`; see `rtsctl describe connector/Sine0.out-Filter0.in`");
         insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: it is not healthy, and the controller does not say why; the controller goes on trying: see `rtsctl describe system/hello`");
+        let in_error = |instance: &str| Waiting {
+            target: format!("component/{instance}"),
+            reason: "in Error: on_activated returned ERROR (rtsctl.resetOnError is off)".to_owned(),
+            ..both[1].clone()
+        };
+        let idle = Waiting {
+            target: "component/C".to_owned(),
+            reason: "waits for A".to_owned(),
+            tries: 0,
+            ..both[1].clone()
+        };
+        insta::assert_snapshot!(said(&system, &[in_error("A"), in_error("B"), idle]), @"system/hello is only partly applied: not as it should be: component/A, component/B, component/C; nothing is tried any more while it is in Error (rtsctl.resetOnError is off): run `rtsctl reset A B`; see `rtsctl describe component/A`");
+        assert!(said(&system, &[in_error("A"), both[1].clone()]).contains("goes on trying"));
         system.status.conditions = vec![Condition {
             kind: "Healthy".to_owned(),
             status: "False".to_owned(),

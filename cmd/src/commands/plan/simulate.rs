@@ -2,14 +2,15 @@
 
 use std::time::Duration;
 
-use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::simulate::SimulateRequest;
+use rts_controller_api::{ClientError, Problem};
 use rts_simulation::words::GRAMMAR;
 
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::input::Input;
+use crate::local::plural;
 use crate::session::Session;
 use crate::show::plan::PlanFormat;
 use crate::show::simulated;
@@ -61,15 +62,27 @@ pub async fn run(
     };
     let what = format!("simulate system/{}", input.request.spec.name);
     let result = controller.simulate(&request, PATIENCE).await;
-    if let Err(ClientError::Problem(problem)) = &result
-        && problem.code == "bad-fault"
-    {
-        session.out.stderr(GRAMMAR);
-    }
-    let result = result.map_err(input.failed(what))?;
+    let result = match result {
+        Err(ClientError::Problem(problem)) if problem.code == "bad-fault" => {
+            return Err(misunderstood(&what, &problem, session));
+        }
+        result => result.map_err(input.failed(what))?,
+    };
     simulated::print(&result, format, &session.out)?;
     Ok(match result.end.converged {
         true => Exit::Ok,
         false => Exit::Different,
     })
+}
+
+/// Faults that are not understood: what is wrong with each, and then what can be said.
+fn misunderstood(what: &str, problem: &Problem, session: &Session) -> CliError {
+    for error in &problem.errors {
+        session.out.fault(&error.code, &error.detail, None);
+    }
+    let why = match problem.errors.len() {
+        0 => problem.detail.clone(),
+        count => plural("error", count),
+    };
+    CliError::usage_help(format!("cannot {what}: {why}"), GRAMMAR)
 }

@@ -189,6 +189,7 @@ fn manager(system: &SystemRef, name: &str) -> ManagerObserved {
         pid: 1,
         started: String::new(),
         responsive: true,
+        unseen: false,
         expired: None,
         modules: Default::default(),
         opened: Default::default(),

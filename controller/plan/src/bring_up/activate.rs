@@ -69,7 +69,7 @@ impl<'a> Bringer<'_, '_, 'a> {
         let target = target::component(id.instance);
         let want = &self.facts.wants[&id];
         if live.is_some_and(|live| drift::left_inactive(want.placed, live.component)) {
-            return Standing::WaitsAs("was deactivated by hand");
+            return Standing::WaitsAs("was deactivated by hand".into());
         }
         let blocked = || target::why_blocked(self.blocked, want.node, || target.clone());
         let problem = gate.waits.as_ref().or_else(blocked);

@@ -3,7 +3,7 @@
 use super::Bringer;
 use crate::graph::{Gate, Preference};
 use crate::index::Id;
-use crate::order::{Standing, making, visit};
+use crate::order::{Standing, made, making, visit};
 use crate::plan::OrderName;
 
 impl<'a> Bringer<'_, '_, 'a> {
@@ -37,9 +37,9 @@ impl<'a> Bringer<'_, '_, 'a> {
             self.steps.gate(create, gate);
             return Standing::Steps(vec![create]);
         }
-        match self.decisions.present.contains_key(&id) {
-            true => Standing::Done,
-            false => Standing::Waits,
+        match self.decisions.present.get(&id) {
+            Some(live) => made(&self.facts.lives[*live]),
+            None => Standing::Waits,
         }
     }
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::Decider;
-use crate::alone::{does_not_answer, ends_unasked};
+use crate::alone::{does_not_answer, ends_unasked, has_not_said, may_be_in};
 use crate::index::Want;
+use crate::observed::ManagerObserved;
 use crate::target;
 
 impl<'a> Decider<'_, 'a> {
@@ -12,6 +13,9 @@ impl<'a> Decider<'_, 'a> {
     pub(super) fn out_of_sight(&self, want: &Want<'a>, instances: &[usize]) -> Option<String> {
         if let Some(reason) = self.facts.unknown.get(want.node) {
             return Some(format!("node {} is unknown: {reason}", want.node));
+        }
+        if let Some(unseen) = self.may_hold(want) {
+            return Some(has_not_said(unseen));
         }
         let seat = want.seat();
         let here = self.facts.processes.get(&seat).copied();
@@ -22,6 +26,16 @@ impl<'a> Decider<'_, 'a> {
             .map(|live| live.manager);
         let silent = here.into_iter().chain(there).find(|m| !m.responsive)?;
         Some(does_not_answer(silent))
+    }
+
+    /// A process that stays and may hold a component that is seen nowhere.
+    pub(super) fn may_hold(&self, want: &Want<'a>) -> Option<&'a ManagerObserved> {
+        let mut unseen = self.facts.unseen.iter();
+        let found = unseen.find(|(seat, manager)| {
+            may_be_in(want, manager) && !ends_unasked(self.facts, self.blocked, seat)
+        });
+        let found = found.filter(|_| self.facts.instances(want.id()).is_empty());
+        found.map(|(_, manager)| *manager)
     }
 
     /// Why a component cannot be created now.

@@ -45,6 +45,11 @@ impl<'a> Decider<'_, 'a> {
         expired.or_else(|| self.restarts.get(seat).filter(|_| made()).cloned())
     }
 
+    /// True for a process that has to be replaced, as far as that is known, and can be.
+    pub(super) fn ends(&self, seat: &Seat<'a>) -> bool {
+        self.restart(seat).is_some() && !self.out.stuck.contains_key(seat)
+    }
+
     /// A silent process that does not end after all keeps what it holds, and nothing takes its place.
     pub(super) fn keep_silent(&mut self) {
         for (ix, live) in self.facts.lives.iter().enumerate() {

@@ -146,8 +146,11 @@ pub(super) fn target_stays<'a>(
     facts.unknown.contains_key(want.node) || silent(facts, decisions, want.id())
 }
 
-/// True when a component lies in a manager that does not answer.
+/// True when a component lies in a manager that does not answer, or may do so.
 pub(super) fn silent<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, id: Id<'a>) -> bool {
+    if decisions.unseen.contains(&id) {
+        return true;
+    }
     let live = decisions.present.get(&id);
     live.is_some_and(|live| !facts.lives[*live].manager.responsive)
 }

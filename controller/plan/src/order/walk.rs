@@ -49,6 +49,8 @@ pub(super) struct Passed<'a> {
     pub through: Awaited,
     /// Why it cannot get there now.
     waits: Option<String>,
+    /// It was asked to get there.
+    asked: bool,
     /// Optional components that nobody waits for.
     absent: BTreeSet<&'a str>,
 }
@@ -172,6 +174,12 @@ impl<'a> Order<'a> {
             Standing::Done => return Passed::default(),
             Standing::Steps(own) => (own, false),
             Standing::Certain(own) => (own, true),
+            Standing::Asked(why) => {
+                return Passed {
+                    asked: true,
+                    ..self.held_up(name, &format!(", which {why}"))
+                };
+            }
             Standing::Waits if holds_up => return self.held_up(name, ""),
             Standing::WaitsAs(why) if holds_up => {
                 return self.held_up(name, &format!(", which {why}"));
@@ -213,7 +221,8 @@ impl<'a> Order<'a> {
 impl<'a> Before<'a> {
     fn add(&mut self, rule: Rule, source: &Passed<'a>) {
         let gate = &mut self.gate;
-        if gate.waits.is_none() {
+        let content = source.asked && matches!(rule, Rule::Async { .. });
+        if gate.waits.is_none() && !content {
             gate.waits.clone_from(&source.waits);
         }
         self.absent.extend(&source.absent);

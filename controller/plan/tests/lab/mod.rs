@@ -42,6 +42,8 @@ pub enum Event {
     ByHand(usize, &'static str, bool),
     SilentNode(usize),
     SilentManager(usize),
+    /// A manager hangs while its agent starts anew.
+    UnseenManager(usize),
     Expire(usize),
     Hold(usize),
     /// A person does something.
@@ -103,6 +105,7 @@ fn event() -> impl Strategy<Value = Event> {
             .prop_map(|(nth, name, own)| Event::ByHand(nth, name, own)),
         1 => (0..3usize).prop_map(Event::SilentNode),
         1 => (0..9usize).prop_map(Event::SilentManager),
+        1 => (0..9usize).prop_map(Event::UnseenManager),
         1 => (0..9usize).prop_map(Event::Expire),
         1 => (0..9usize).prop_map(Event::Hold),
         4 => hand().prop_map(Event::Hand),
@@ -217,6 +220,7 @@ impl Lab {
                     manager.responsive = false;
                 }
             }
+            Event::UnseenManager(nth) => world.lose_sight_of_manager(*nth),
             Event::Expire(nth) => {
                 if let Some(manager) = world.managers_mut().nth(*nth) {
                     manager.expired = Some("C0 has been in on_execute for 9 s".to_owned());
@@ -275,16 +279,32 @@ impl Lab {
 
     /// An agent, which sees its own node alone, finds nothing to do either.
     pub fn agents_agree(&self) -> TestCaseResult {
-        let (mut desired, observed) = (self.world.desired(), self.world.observed());
-        for (node, answer) in observed.nodes {
-            let mut own = Desired::default();
-            own.nodes.extend(desired.nodes.remove_entry(&node));
-            let mut seen = Observed::default();
-            seen.nodes.insert(node, answer);
-            let plan = plan(&own, &seen, &Blocked::new());
+        for node in NODES {
+            let plan = self.alone(node);
             prop_assert!(plan.is_empty() && plan.waiting_on.is_empty(), "{}", plan);
         }
         Ok(())
+    }
+
+    /// What the agent of a node plans, which sees its own node alone.
+    pub fn alone(&self, node: &str) -> Plan {
+        let (mut desired, mut observed) = (self.world.desired(), self.world.observed());
+        let mut own = Desired::default();
+        own.nodes.extend(desired.nodes.remove_entry(node));
+        let mut seen = Observed::default();
+        seen.nodes.extend(observed.nodes.remove_entry(node));
+        plan(&own, &seen, &Blocked::new())
+    }
+
+    /// Some have been deactivated, and some have failed.
+    pub fn set_states(&mut self, states: &[u8]) {
+        for (component, state) in self.world.components_mut().zip(states) {
+            component.state = match state {
+                0 => LifeCycleState::Inactive,
+                1 => LifeCycleState::Error,
+                _ => continue,
+            };
+        }
     }
 
     /// What a person changed by hand, and what becomes of it.

@@ -22,6 +22,7 @@ pub enum Trouble {
     Kill(usize),
     HoldAndKill(usize),
     Silence(usize),
+    LoseSight(usize),
     /// A connector is lost and no manager acts.
     Disconnect {
         nth: usize,
@@ -37,6 +38,7 @@ pub fn trouble() -> impl Strategy<Value = Trouble> {
         2 => (0..9usize).prop_map(Trouble::Kill),
         2 => (0..9usize).prop_map(Trouble::HoldAndKill),
         1 => (0..9usize).prop_map(Trouble::Silence),
+        1 => (0..9usize).prop_map(Trouble::LoseSight),
         4 => (0..12usize, any::<bool>(), any::<bool>())
             .prop_map(|(nth, remove, block)| Trouble::Disconnect { nth, remove, block }),
         4 => hand().prop_map(Trouble::Hand),
@@ -48,6 +50,7 @@ impl Lab {
         match trouble {
             Trouble::Block(nth) => self.block(*nth),
             Trouble::Kill(nth) => self.world.kill(*nth),
+            Trouble::LoseSight(nth) => self.world.lose_sight_of_manager(*nth),
             Trouble::Hand(hand) => self.world.by_hand(hand),
             Trouble::HoldAndKill(nth) => {
                 self.world.hold(*nth);

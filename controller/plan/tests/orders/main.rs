@@ -4,7 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 mod conditions;
+mod elsewhere;
 mod going_down;
+mod initialising;
 mod optional;
 mod preferences;
 mod tell;

@@ -260,12 +260,14 @@ impl World {
         else {
             return Err("no Create".to_owned());
         };
-        for (there, _, other) in self.components() {
+        for (there, key, other) in self.components() {
             // Nobody can know what a silent node holds.
             if self.silent.contains(there) {
                 continue;
             }
-            let same_name = there == node && other.instance == *instance;
+            // Nor what a person made in a process of others that has never answered.
+            let hidden = key.system != step.system && self.is_unseen(there, key);
+            let same_name = there == node && other.instance == *instance && !hidden;
             let same_identity = other.instance == *instance && other.system == step.system;
             check(
                 !same_name && !same_identity,
@@ -290,6 +292,11 @@ impl World {
         )?;
         manager.components.push(component);
         Ok(())
+    }
+
+    fn is_unseen(&self, node: &str, key: &ManagerKey) -> bool {
+        let mut managers = self.managers();
+        managers.any(|(n, m)| n == node && m.key == *key && self.unseen.contains(&m.incarnation))
     }
 
     /// The module file that a system wants for a type.

@@ -27,6 +27,8 @@ pub struct World {
     pub nodes: BTreeMap<String, Inventory>,
     /// Nodes whose agents do not answer.
     pub silent: BTreeSet<String>,
+    /// Incarnations of managers that their agents have never seen answer.
+    pub unseen: BTreeSet<String>,
     /// Modules that Install has put on a node.
     pub installed: BTreeSet<(String, String)>,
     /// Systems that were applied.
@@ -77,13 +79,37 @@ impl World {
                     reason: "no heartbeat for 3 s".to_owned(),
                 }
             } else {
-                NodeObserved::Known(inventory.clone())
+                NodeObserved::Known(self.seen(inventory))
             };
             (node.clone(), observed)
         };
         Observed {
             nodes: self.nodes.iter().map(answer).collect(),
         }
+    }
+
+    /// What an agent can say: nothing of what is in a manager that has never answered it.
+    fn seen(&self, inventory: &Inventory) -> Inventory {
+        let mut inventory = inventory.clone();
+        for manager in &mut inventory.managers {
+            if !manager.responsive && self.unseen.contains(&manager.incarnation) {
+                manager.unseen = true;
+                manager.modules.clear();
+                manager.opened.clear();
+                manager.components.clear();
+            }
+        }
+        inventory
+    }
+
+    /// The manager at this place in the list hangs, and its agent is a new one.
+    pub fn lose_sight_of_manager(&mut self, nth: usize) {
+        let mut lost = None;
+        if let Some(manager) = self.managers_mut().nth(nth) {
+            manager.responsive = false;
+            lost = Some(manager.incarnation.clone());
+        }
+        self.unseen.extend(lost);
     }
 
     /// Stores a system, in place of an earlier one of its name. Nothing of it is held any longer.
@@ -235,6 +261,7 @@ impl World {
             pid: 1000 + number,
             started: "2026-01-01T00:00:00Z".to_owned(),
             responsive: true,
+            unseen: false,
             expired: None,
             modules: BTreeSet::new(),
             opened: Default::default(),
@@ -276,6 +303,7 @@ impl World {
     /// Everything answers again and what is under way comes to its end.
     pub fn calm(&mut self) {
         self.silent.clear();
+        self.unseen.clear();
         self.managers_mut().for_each(|m| m.responsive = true);
         for connector in self.components_mut().flat_map(|c| &mut c.connectors) {
             if connector.state == ConnectorState::Connecting {

@@ -1,4 +1,4 @@
-//! The controller and the agents: started, and started again when a fault says so.
+//! Programs: started, and started again after each crash.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,40 +8,58 @@ use rts_controller::simulator::NoSimulator;
 use rts_controller::{Core, Reconciler, expire_sessions};
 use tokio::task::JoinSet;
 
-use super::world::World;
+use super::World;
 use crate::fleet::{SimFleet, SimSession};
 use crate::life::Life;
 use crate::truth::Happened;
 use crate::words::CONTROLLER;
 
-/// Runs the program of a host for ever.
+/// Starts the programs of all hosts.
+pub fn start_all(world: &Arc<World>) {
+    tokio::spawn(run(Arc::clone(world), CONTROLLER.to_owned()));
+    for node in world.nodes.keys() {
+        tokio::spawn(run(Arc::clone(world), node.clone()));
+    }
+}
+
+/// Runs the program of a host for ever, or until it is no longer the one that is started again.
 pub async fn run(world: Arc<World>, host: String) {
     loop {
-        let life = world.new_life(&host).await;
+        let life = world.lives.begin(&host).await;
         // A machine that was without power has it again.
         world.net.dark(&host, false);
-        world.truth.tell(&Happened::Started {
-            host: host.clone(),
-            life: life.number(),
-        });
-        let _program = tokio::select! {
-            biased;
-            () = life.over() => None,
-            program = start(&world, &life) => match program {
-                Ok(program) => Some(program),
-                Err(why) => {
-                    world.truth.tell(&Happened::Note(format!("{host} does not come up: {why}")));
-                    None
-                }
-            },
-        };
-        life.over().await;
-        world.crashed(&host);
-        world.truth.tell(&Happened::Crashed {
-            host: host.clone(),
-            life: life.number(),
-        });
+        live(&world, &life).await;
+        if world.lives.is_retired(&life) {
+            return;
+        }
     }
+}
+
+/// One life, to its end. What was started with it goes then: it can do nothing any more.
+async fn live(world: &Arc<World>, life: &Life) {
+    let (host, number) = (life.host().to_owned(), life.number());
+    world.truth.tell(&Happened::Started { host, life: number });
+    let started = tokio::select! {
+        biased;
+        () = life.over() => None,
+        started = start(world, life) => Some(started),
+    };
+    let _program = match started {
+        Some(Ok(program)) => Some(program),
+        Some(Err(why)) => {
+            world.truth.tell(&Happened::DidNotStart {
+                host: life.host().to_owned(),
+                why,
+            });
+            if world.lives.tries_again {
+                life.end();
+            }
+            None
+        }
+        None => None,
+    };
+    life.over().await;
+    world.crashed(life);
 }
 
 /// What must be kept for a program to go on.
@@ -58,17 +76,28 @@ async fn start(world: &Arc<World>, life: &Life) -> Result<Program, String> {
     }
 }
 
+/// Starts a controller with the store of now.
 async fn controller(world: &Arc<World>, life: &Life) -> Result<JoinSet<()>, String> {
+    let store = world.store();
+    let state = store.state();
+    let systems = state.systems.values().map(|record| {
+        let generation = record.deleted.is_none().then_some(record.generation);
+        (record.name().to_owned(), generation)
+    });
+    world.truth.tell(&Happened::StoreRead {
+        epoch: state.epoch,
+        systems: systems.collect(),
+    });
     let chance = format!("controller/{}", life.number());
-    let core = Core::load(rts_controller::Inputs {
+    let inputs = rts_controller::Inputs {
         local_node: world.local_node.clone(),
         clock: Arc::new(world.clock.clone()),
         rng: Arc::new(world.seed.stream(&chance)),
         fleet: Arc::new(SimFleet::new(&world.hosts, life)),
-        store: Arc::new(world.store.grip(life)),
+        store: Arc::new(store.grip(life)),
         simulator: Arc::new(NoSimulator),
-    });
-    let core = core.await.map_err(|e| e.to_string())?;
+    };
+    let core = Core::load(inputs).await.map_err(|e| e.to_string())?;
     world.hosts.controller_serves(life, &core);
     let mut tasks = JoinSet::new();
     tasks.spawn(Reconciler::new(Arc::clone(&core)).run());
@@ -79,6 +108,10 @@ async fn controller(world: &Arc<World>, life: &Life) -> Result<JoinSet<()>, Stri
 async fn agent(world: &Arc<World>, life: &Life) -> Result<rts_agent::Running, String> {
     let name = life.host().to_owned();
     let node = world.nodes.get(&name).ok_or("there is no such node")?;
+    world.truth.tell(&Happened::LedgerRead {
+        node: name.clone(),
+        fence: world.ledger(&name),
+    });
     let config = Config {
         home: PathBuf::from("/sim"),
         node: name.clone(),

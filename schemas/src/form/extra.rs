@@ -1,0 +1,96 @@
+//! What a type has no field for, and in which order everything stood.
+
+use crate::span::Text;
+use crate::xml::{Attribute, Element};
+use crate::yaml;
+
+/// [`Beside`], which most elements have no need of.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Extra(Option<Box<Beside>>);
+
+/// What stands beside the fields.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Beside {
+    /// Attributes without a field, and namespace declarations.
+    pub attributes: Vec<Attribute>,
+    /// Order of the attributes as read; empty when it is that of the fields.
+    pub attribute_order: Vec<Place>,
+    /// Nodes without a field.
+    pub strays: Vec<Stray>,
+    /// Order of the nodes as read; empty when it is that of the fields.
+    pub node_order: Vec<Place>,
+    /// Keys of YAML without a field.
+    pub keys: Vec<(Text, yaml::Node)>,
+}
+
+static NOTHING: Beside = Beside {
+    attributes: Vec::new(),
+    attribute_order: Vec::new(),
+    strays: Vec::new(),
+    node_order: Vec::new(),
+    keys: Vec::new(),
+};
+
+impl Extra {
+    /// What there is.
+    pub fn get(&self) -> &Beside {
+        self.0.as_deref().unwrap_or(&NOTHING)
+    }
+
+    /// The same, to change.
+    pub fn edit(&mut self) -> &mut Beside {
+        self.0.get_or_insert_default()
+    }
+
+    /// Forgets what says nothing: an order that is that of the fields, and an empty box.
+    pub fn tidy(&mut self) {
+        let Some(beside) = &mut self.0 else { return };
+        for order in [&mut beside.attribute_order, &mut beside.node_order] {
+            let mut last = 0;
+            let usual = order.iter().all(|place| match *place {
+                Place::Field(at) => std::mem::replace(&mut last, at) <= at,
+                Place::Spelled(..) | Place::Other => false,
+            });
+            if usual {
+                *order = Vec::new();
+            }
+        }
+        if **beside == NOTHING {
+            self.0 = None;
+        }
+    }
+}
+
+/// A node without a field.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stray {
+    /// An element that has no field here.
+    Element(Box<Element>),
+    /// A comment.
+    Comment(String),
+    /// A processing instruction.
+    Instruction(String),
+    /// Text that is not blank.
+    Text(String),
+}
+
+/// One thing in an order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The next value of the field with this index.
+    Field(u16),
+    /// The same, under a name that is not the usual one: another prefix, or none.
+    Spelled(u16, Box<str>),
+    /// The next one without a field.
+    Other,
+}
+
+impl Place {
+    /// Index of the field.
+    pub fn field(&self) -> Option<usize> {
+        match self {
+            Self::Field(at) | Self::Spelled(at, _) => Some(usize::from(*at)),
+            Self::Other => None,
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Child elements: which ones stay, which go, and where new ones stand.
+
+use super::super::place::declaration;
+use super::super::write_xml::whole_order;
+use super::super::{Form, Held, Place, Value, element_of};
+use super::{Patch, is_element};
+use crate::span::{Span, Text};
+use crate::xml::document::{EditError, Part};
+use crate::xml::{Element, Node, escape_text, print_element};
+
+/// The child elements of a document's element, by the field that each was read into.
+struct Old<'a> {
+    /// Field (`None`: without one) and element, in the order of the document.
+    places: Vec<(Option<usize>, &'a Part)>,
+    /// Which of them stay.
+    kept: Vec<bool>,
+}
+
+/// One child of a field in the new form: the old one that it is, or `None` for a new one.
+type Match = Option<usize>;
+
+impl Patch<'_> {
+    pub(super) fn children(
+        &mut self,
+        part: &Part,
+        old: &dyn Form,
+        new: &dyn Form,
+    ) -> Result<(), EditError> {
+        let beside = old.extra().get();
+        let order = whole_order(old, &beside.node_order, beside.strays.len(), false);
+        let mut strays = beside.strays.iter();
+        let order = order.iter().filter(|place| is_element(place, &mut strays));
+        let fields: Vec<Option<usize>> = order.map(Place::field).collect();
+        if fields.len() != part.children.len() {
+            return Err(self.stranger(part));
+        }
+        let mut state = Old {
+            kept: vec![true; fields.len()],
+            places: fields.into_iter().zip(&part.children).collect(),
+        };
+        let count = old.form_type().fields.len();
+        let elements = (0..count).filter(|at| !old.form_type().fields[*at].kind.is_attribute());
+        let matches: Vec<(usize, Vec<Match>)> = elements
+            .map(|at| (at, matched(&old.value(at), &new.value(at))))
+            .collect();
+        for (at, matches) in &matches {
+            self.changed(*at, matches, old, new, &mut state)?;
+        }
+        let mut inside = String::new();
+        for (at, matches) in &matches {
+            self.added(part, *at, matches, new, &state, &mut inside);
+        }
+        if !inside.is_empty() {
+            self.insert_inside(part, &inside);
+        }
+        Ok(())
+    }
+
+    /// Changes those that stay, and removes those that go.
+    fn changed(
+        &mut self,
+        at: usize,
+        matches: &[Match],
+        old: &dyn Form,
+        new: &dyn Form,
+        state: &mut Old<'_>,
+    ) -> Result<(), EditError> {
+        let own: Vec<usize> = state.own(at).collect();
+        let mut indices = vec![None; own.len()];
+        for (index, number) in matches.iter().enumerate() {
+            if let Some(slot) = number.and_then(|number| indices.get_mut(number)) {
+                *slot = Some(index);
+            }
+        }
+        for (number, (place, index)) in own.into_iter().zip(indices).enumerate() {
+            let part = state.places[place].1;
+            let Some(index) = index else {
+                state.kept[place] = false;
+                self.replace(self.document.with_lines(part.whole.clone()), String::new());
+                continue;
+            };
+            match (old.value(at), new.value(at)) {
+                (Value::Forms(was), Value::Forms(is)) => {
+                    if let (Some(was), Some(is)) = (was.form(number), is.form(index)) {
+                        self.element(part, was, is)?;
+                    }
+                }
+                (Value::Text(Some(was)), Value::Text(Some(is))) if was.value != is.value => {
+                    self.set_text(part, is);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn set_text(&mut self, part: &Part, text: &Text) {
+        let mut escaped = String::new();
+        escape_text(&text.value, &mut escaped);
+        match &part.content {
+            Some(content) => self.replace(content.clone(), escaped),
+            None => {
+                let name = self.document.text()[part.name.clone()].to_owned();
+                let end = part.whole.end;
+                self.replace(end - 2..end, format!(">{escaped}</{name}>"));
+            }
+        }
+    }
+
+    /// Writes new ones after the one before them, or before the one after them, or where the schema has them.
+    fn added(
+        &mut self,
+        part: &Part,
+        at: usize,
+        matches: &[Match],
+        new: &dyn Form,
+        state: &Old<'_>,
+        inside: &mut String,
+    ) {
+        let own: Vec<usize> = state.own(at).collect();
+        let stays = |m: &Match| m.and_then(|number| own.get(number).copied());
+        for (index, _) in matches.iter().enumerate().filter(|(_, m)| m.is_none()) {
+            let before = matches[..index].iter().rev().find_map(stays);
+            let after = matches[index..].iter().find_map(stays);
+            let earlier = || {
+                let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
+                kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at))
+            };
+            let first = || (0..state.places.len()).find(|p| state.kept[*p]);
+            let text = self.new_element(part, at, index, new, state);
+            if let Some(place) = before.or_else(|| if after.is_none() { earlier() } else { None }) {
+                let anchor = state.places[place].1.whole.clone();
+                let text = match self.document.indent(anchor.start) {
+                    Some(indent) => format!("{}{indent}{text}", self.document.line_end()),
+                    None => text,
+                };
+                self.replace(anchor.end..anchor.end, text);
+            } else if let Some(place) = after.or_else(first) {
+                let anchor = state.places[place].1.whole.clone();
+                let text = match self.document.indent(anchor.start) {
+                    Some(indent) => format!("{text}{}{indent}", self.document.line_end()),
+                    None => text,
+                };
+                self.replace(anchor.start..anchor.start, text);
+            } else {
+                if let Some(indent) = self.inner_indent(part) {
+                    inside.push_str(self.document.line_end());
+                    inside.push_str(&indent);
+                }
+                inside.push_str(&text);
+            }
+        }
+    }
+
+    /// Indentation of a child where there is none yet.
+    fn inner_indent(&self, part: &Part) -> Option<String> {
+        let outer = self.document.indent(part.whole.start)?;
+        Some(format!("{outer}{}", self.document.indent_step()))
+    }
+
+    fn insert_inside(&mut self, part: &Part, inside: &str) {
+        let closing = match self.document.indent(part.whole.start) {
+            Some(outer) => format!("{}{outer}", self.document.line_end()),
+            None => String::new(),
+        };
+        match &part.content {
+            // Blanks that are there already lead to the end tag.
+            Some(content) => {
+                let text = &self.document.text()[content.clone()];
+                let closing = if text.is_empty() {
+                    closing.as_str()
+                } else {
+                    ""
+                };
+                let text = format!("{inside}{closing}");
+                self.replace(content.start..content.start, text);
+            }
+            None => {
+                let name = self.document.text()[part.name.clone()].to_owned();
+                let end = part.whole.end;
+                self.replace(end - 2..end, format!(">{inside}{closing}</{name}>"));
+            }
+        }
+    }
+
+    fn new_element(
+        &mut self,
+        part: &Part,
+        at: usize,
+        index: usize,
+        new: &dyn Form,
+        state: &Old<'_>,
+    ) -> String {
+        let field = &new.form_type().fields[at];
+        let name = self.name(field, at, false);
+        if let Some(prefix) = &name.new_prefix {
+            self.scope.declare(prefix, &name.namespace);
+            let made = declaration(prefix, &name.namespace);
+            let last = part.attributes.last();
+            let at = last.map_or(part.name.end, |attribute| attribute.whole.end);
+            self.replace(at..at, format!(" {}=\"{}\"", made.qname, made.value));
+        }
+        let full = (name.namespace.as_str(), name.qname.as_str());
+        let element = match new.value(at) {
+            Value::Text(text) => text.map(|text| text_element(full, text)),
+            Value::Texts(texts) => texts.get(index).map(|text| text_element(full, text)),
+            Value::Forms(forms) => forms
+                .form(index)
+                .map(|form| element_of(form, full, &mut self.scope, self.words)),
+        };
+        let Some(element) = element else {
+            return String::new();
+        };
+        let neighbour = state
+            .places
+            .iter()
+            .zip(&state.kept)
+            .find(|(_, kept)| **kept);
+        let indent = match neighbour {
+            Some(((_, part), _)) => self.document.indent(part.whole.start).map(str::to_owned),
+            None => self.inner_indent(part),
+        };
+        let text = print_element(&element, indent.as_deref().unwrap_or_default());
+        self.lines(text)
+    }
+}
+
+impl Old<'_> {
+    fn own(&self, at: usize) -> impl Iterator<Item = usize> {
+        let places = self.places.iter().enumerate();
+        places
+            .filter(move |(_, (field, _))| *field == Some(at))
+            .map(|(index, _)| index)
+    }
+}
+
+/// For each new value the old one that it is: forms by the place where they were read, texts by what they say.
+fn matched(old: &Value<'_>, new: &Value<'_>) -> Vec<Match> {
+    match (old, new) {
+        (Value::Text(old), Value::Text(Some(_))) => vec![old.map(|_| 0)],
+        (Value::Texts(old), Value::Texts(new)) => in_order(new.len(), old.len(), |new_at, at| {
+            old[at].value == new[new_at].value
+        }),
+        (Value::Forms(old), Value::Forms(new)) => {
+            let span = |forms: &dyn Held, at: usize| forms.form(at).map(Form::span);
+            in_order(new.count(), old.count(), |new_at, at| {
+                let here = span(*new, new_at).filter(|span| !span.is_unknown());
+                here.is_some() && here == span(*old, at)
+            })
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Each is the first old one that is the same, after that of the one before.
+fn in_order(count: usize, old: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Match> {
+    let mut from = 0;
+    let find = |new_at| {
+        let found = (from..old).find(|at| same(new_at, *at));
+        from = found.map_or(from, |at| at + 1);
+        found
+    };
+    (0..count).map(find).collect()
+}
+
+fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
+    let children = match text.value.as_str() {
+        "" => Vec::new(),
+        text => vec![Node::Text(text.to_owned())],
+    };
+    Element {
+        namespace: namespace.into(),
+        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
+        qname: qname.to_owned(),
+        attributes: Vec::new(),
+        children,
+        span: Span::default(),
+    }
+}

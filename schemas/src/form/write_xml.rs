@@ -1,0 +1,234 @@
+//! Form → element tree: in the order in which it was read, and what is new where the schema has it.
+
+use super::place::{declaration, prefix_of};
+use super::{FieldType, Form, Place, Scope, Stray, Value, Vocabulary};
+use crate::span::{Span, Text};
+use crate::xml::{Attribute, Element, Node};
+
+/// The element of a form, under a name, with the declarations in force around it.
+pub fn element_of(
+    form: &dyn Form,
+    (namespace, qname): (&str, &str),
+    scope: &mut Scope,
+    words: &Vocabulary,
+) -> Element {
+    let depth = scope.depth();
+    let beside = form.extra().get();
+    scope.enter(&beside.attributes);
+    let mut element = Element {
+        namespace: namespace.into(),
+        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
+        qname: qname.to_owned(),
+        attributes: Vec::new(),
+        children: Vec::new(),
+        span: Span::default(),
+    };
+    attributes(form, &mut element, scope, words);
+    children(form, &mut element, scope, words);
+    scope.leave(depth);
+    element
+}
+
+fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &Vocabulary) {
+    let beside = form.extra().get();
+    let fields = form.form_type().fields;
+    let mut others = beside.attributes.iter();
+    for place in whole_order(form, &beside.attribute_order, beside.attributes.len(), true) {
+        let Some(at) = place.field() else {
+            if let Some(other) = others.next() {
+                need(prefix_of(&other.qname), &other.namespace, element, scope);
+                element.attributes.push(other.clone());
+            }
+            continue;
+        };
+        let Value::Text(Some(text)) = form.value(at) else {
+            continue;
+        };
+        let name = Name::of(&fields[at], &place, true, scope, words);
+        if let Some(prefix) = &name.new_prefix {
+            scope.declare(prefix, &name.namespace);
+            let made = declaration(prefix, &name.namespace);
+            element.attributes.push(made);
+        }
+        element.attributes.push(Attribute {
+            namespace: name.namespace.as_str().into(),
+            local: fields[at].local.to_owned(),
+            qname: name.qname,
+            value: text.value.clone(),
+            span: Span::default(),
+        });
+    }
+}
+
+/// Declares a prefix that an attribute without a field brings with it.
+fn need(prefix: &str, namespace: &str, element: &mut Element, scope: &mut Scope) {
+    if !matches!(prefix, "" | "xmlns") && scope.namespace(prefix) != Some(namespace) {
+        scope.declare(prefix, namespace);
+        element.attributes.push(declaration(prefix, namespace));
+    }
+}
+
+fn children(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &Vocabulary) {
+    let beside = form.extra().get();
+    let fields = form.form_type().fields;
+    let mut strays = beside.strays.iter();
+    let mut next = vec![0; fields.len()];
+    for place in whole_order(form, &beside.node_order, beside.strays.len(), false) {
+        let Some(at) = place.field() else {
+            element
+                .children
+                .extend(strays.next().map(|s| stray(s, scope)));
+            continue;
+        };
+        let number = next[at];
+        next[at] += 1;
+        let name = Name::of(&fields[at], &place, false, scope, words);
+        // It is declared out here: an element of text has no attributes of its own.
+        if let Some(prefix) = &name.new_prefix {
+            scope.declare(prefix, &name.namespace);
+            element
+                .attributes
+                .push(declaration(prefix, &name.namespace));
+        }
+        let full = (name.namespace.as_str(), name.qname.as_str());
+        let child = match form.value(at) {
+            Value::Text(text) => text.map(|text| text_element(full, text)),
+            Value::Texts(texts) => texts.get(number).map(|text| text_element(full, text)),
+            Value::Forms(forms) => forms
+                .form(number)
+                .map(|child| element_of(child, full, scope, words)),
+        };
+        element
+            .children
+            .extend(child.map(|child| Node::Element(Box::new(child))));
+    }
+}
+
+fn stray(stray: &Stray, scope: &mut Scope) -> Node {
+    match stray {
+        Stray::Element(element) => {
+            let mut element = element.clone();
+            scope.complete(&mut element);
+            Node::Element(element)
+        }
+        Stray::Comment(text) => Node::Comment(text.clone()),
+        Stray::Instruction(text) => Node::Instruction(text.clone()),
+        Stray::Text(text) => Node::Text(text.clone()),
+    }
+}
+
+fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
+    let children = match text.value.as_str() {
+        "" => Vec::new(),
+        text => vec![Node::Text(text.to_owned())],
+    };
+    Element {
+        namespace: namespace.into(),
+        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
+        qname: qname.to_owned(),
+        attributes: Vec::new(),
+        children,
+        span: Span::default(),
+    }
+}
+
+/// How a field is called here.
+pub(super) struct Name {
+    pub(super) namespace: String,
+    pub(super) qname: String,
+    /// A prefix that has to be declared.
+    pub(super) new_prefix: Option<String>,
+}
+
+impl Name {
+    pub(super) fn of(
+        field: &FieldType,
+        place: &Place,
+        attribute: bool,
+        scope: &Scope,
+        words: &Vocabulary,
+    ) -> Self {
+        if let Place::Spelled(_, qname) = place
+            && let Some(namespace) = spelled(qname, field, attribute, scope, words)
+        {
+            return Self {
+                namespace,
+                qname: qname.to_string(),
+                new_prefix: None,
+            };
+        }
+        let usual = words.prefix(field.namespace);
+        let (prefix, new_prefix) = match scope.prefix(field.namespace, usual, attribute) {
+            Some(prefix) => (prefix.to_owned(), None),
+            None => {
+                let prefix = scope.free(usual);
+                (prefix.clone(), Some(prefix))
+            }
+        };
+        let qname = match prefix.as_str() {
+            "" => field.local.to_owned(),
+            prefix => format!("{prefix}:{}", field.local),
+        };
+        Self {
+            namespace: field.namespace.to_owned(),
+            qname,
+            new_prefix,
+        }
+    }
+}
+
+/// The namespace of a spelling, when it still means the field here.
+fn spelled(
+    qname: &str,
+    field: &FieldType,
+    attribute: bool,
+    scope: &Scope,
+    words: &Vocabulary,
+) -> Option<String> {
+    let namespace = match prefix_of(qname) {
+        "" if attribute => "",
+        prefix => scope.namespace(prefix)?,
+    };
+    let means = namespace == field.namespace
+        || (attribute && (namespace.is_empty() || words.knows(namespace)));
+    means.then(|| namespace.to_owned())
+}
+
+/// The order as read, without what is gone, and with what is new: after the last of the same or an earlier field.
+pub(super) fn whole_order(
+    form: &dyn Form,
+    read: &[Place],
+    others: usize,
+    attributes: bool,
+) -> Vec<Place> {
+    let fields = form.form_type().fields;
+    let mut left: Vec<usize> = (0..fields.len())
+        .map(|at| match fields[at].kind.is_attribute() == attributes {
+            true => form.value(at).count(),
+            false => 0,
+        })
+        .collect();
+    let mut order = Vec::with_capacity(left.iter().sum::<usize>() + others);
+    let mut others = others;
+    for place in read {
+        match place.field() {
+            None if others > 0 => {
+                others -= 1;
+                order.push(Place::Other);
+            }
+            Some(at) if left.get(at).is_some_and(|left| *left > 0) => {
+                left[at] -= 1;
+                order.push(place.clone());
+            }
+            _ => {}
+        }
+    }
+    for (at, count) in left.into_iter().enumerate().filter(|(_, count)| *count > 0) {
+        let place = Place::Field(u16::try_from(at).unwrap_or(u16::MAX));
+        let earlier = |p: &Place| p.field().is_some_and(|other| other <= at);
+        let from = order.iter().rposition(earlier).map_or(0, |last| last + 1);
+        order.splice(from..from, std::iter::repeat_n(place, count));
+    }
+    order.extend(std::iter::repeat_n(Place::Other, others));
+    order
+}
