@@ -15,9 +15,6 @@ pub enum MadeFor {
     Now,
     /// An older generation of its system: its failure holds nothing up.
     OlderGeneration,
-    /// A NodeSpec that was replaced, perhaps for another system's sake: its agent starts nothing of it any more. That is
-    /// no failure, and whether the step had failed otherwise is not known: it is planned again at once.
-    ReplacedSpec,
 }
 
 /// Takes in the end of a step.
@@ -32,11 +29,6 @@ pub fn take(core: &Core, step: &Step, outcome: &StepOutcome, made_for: MadeFor) 
             if let Some(event) = success(step) {
                 core.record(event);
             }
-        }
-        StepOutcome::Failed { reason } if made_for == MadeFor::ReplacedSpec => {
-            core.metrics.step(kind, "skipped");
-            let (target, node) = (&step.target, &step.node);
-            tracing::info!(step = kind, target, node, reason, "step planned again");
         }
         StepOutcome::Failed { reason } => {
             core.metrics.step(kind, "failed");

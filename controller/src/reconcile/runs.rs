@@ -259,8 +259,7 @@ impl Run {
                 }
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
-                        let made_for = self.made_for(&step.node);
-                        results::take(&self.core, step, &outcome, made_for);
+                        results::take(&self.core, step, &outcome, self.made_for());
                         // What was told before says nothing about it.
                         self.core.sessions.doubt(&step.node);
                     }
@@ -297,11 +296,9 @@ impl Run {
     }
 
     /// What a step that ends now was made for.
-    fn made_for(&self, node: &str) -> MadeFor {
+    fn made_for(&self) -> MadeFor {
         let stamps = super::stamps(&self.core);
-        if self.is_replaced(node) {
-            MadeFor::ReplacedSpec
-        } else if stamps.get(system_of(&self.key)) == self.stamp.as_ref() {
+        if stamps.get(system_of(&self.key)) == self.stamp.as_ref() {
             MadeFor::Now
         } else {
             MadeFor::OlderGeneration

@@ -97,9 +97,7 @@ async fn ready(
     if cancelled || newer(&agent.news.borrow()) {
         if agent.state.lock().unwrap().hears_late {
             let reason = "the node spec was replaced meanwhile; the next plan is for the new one";
-            return Err(StepOutcome::Failed {
-                reason: reason.into(),
-            });
+            return Err(skipped(None, reason));
         }
         return Err(skipped(None, "cancelled by a newer spec"));
     }

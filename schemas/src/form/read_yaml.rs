@@ -251,12 +251,15 @@ fn skipped_level(fields: &[FieldType], entries: &[(Text, Node)]) -> Option<usize
     {
         return None;
     }
-    fields.iter().position(|f| match f.kind {
+    let below = |f: &FieldType| match f.kind {
         FieldKind::One(of) => entries.iter().all(|(key, _)| {
             !key.value.starts_with("x-") && find(of().fields, &key.value).is_some()
         }),
         _ => false,
-    })
+    };
+    let mut fitting = (0..fields.len()).filter(|at| below(&fields[*at]));
+    // Where several would do, nobody knows which was left away.
+    fitting.next().filter(|_| fitting.next().is_none())
 }
 
 fn is_nothing(node: &Node) -> bool {
