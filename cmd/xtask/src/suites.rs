@@ -146,7 +146,10 @@ fn deny() -> Result<()> {
 fn tests() -> Result<()> {
     let mut command = project::cargo();
     if tools::has_cargo("nextest") {
+        // Most of them wait for processes most of the time: one more than there are cores.
+        let threads = std::thread::available_parallelism().map_or(2, |cores| cores.get() + 1);
         command.args(["nextest", "run", "--workspace", "--locked"]);
+        command.arg(format!("--test-threads={threads}"));
     } else {
         command.args(["test", "--workspace", "--all-targets", "--locked"]);
     }
