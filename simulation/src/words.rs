@@ -1,4 +1,4 @@
-//! Faults in words: `agent node2 crashes at step 5 for 3s`. [`parse`] reads them, [`print`] writes them, and what was
+//! Faults in words: `agent node2 crashes at step 5 for 3s`. [`parse`] reads them, [`print()`] writes them, and what was
 //! printed is read as the very same. Names are checked, and nodes that were left out filled in, by [`settle`].
 
 mod error;
