@@ -2,13 +2,13 @@
 
 /// A controller that lives makes its lock file anew when somebody removes it. Without it `rtsctl up` starts another one,
 /// which fails: so nobody removes that file.
-pub const CONTROLLER_KEEPS_ITS_LOCK: bool = false;
+pub const CONTROLLER_KEEPS_ITS_LOCK: bool = true;
 
 /// A component that leaves a profile takes its binding at an in-port with it.
 pub const BINDINGS_GO_WITH_THEIR_SOURCE: bool = false;
 
 /// An apply does not count it as a failure of its components that another one has changed the node's specification.
-pub const APPLIES_DO_NOT_DISTURB_EACH_OTHER: bool = false;
+pub const APPLIES_DO_NOT_DISTURB_EACH_OTHER: bool = true;
 
 /// An agent that starts and finds a process that hangs replaces it when its policy says so.
 pub const A_NEW_AGENT_REPLACES_WHAT_HANGS: bool = true;
