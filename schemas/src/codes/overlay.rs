@@ -1,0 +1,5 @@
+//! Codes of deployment overlays.
+
+use super::Code;
+
+pub(super) const CODES: &[Code] = &[];

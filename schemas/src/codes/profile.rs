@@ -1,0 +1,5 @@
+//! Codes of RTS Profiles.
+
+use super::Code;
+
+pub(super) const CODES: &[Code] = &[];

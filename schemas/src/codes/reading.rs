@@ -1,0 +1,5 @@
+//! Codes of reading any file: encoding, XML, YAML.
+
+use super::Code;
+
+pub(super) const CODES: &[Code] = &[];

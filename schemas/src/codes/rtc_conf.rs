@@ -1,0 +1,5 @@
+//! Codes of `rtc.conf` files.
+
+use super::Code;
+
+pub(super) const CODES: &[Code] = &[];
