@@ -20,10 +20,8 @@ pub struct Args {
 
 /// Builds everything, and runs the chaos.
 pub fn run(args: &Args) -> Result<()> {
-    project::run(project::cargo().args(["build", "--quiet", "--workspace", "--locked"]))?;
-    let mut command = project::cargo();
-    command.args(["run", "--quiet", "--locked", "-p", "rts-tests"]);
-    command.args(["--bin", "chaos", "--", "--minutes"]);
+    let mut command = project::program("chaos", false)?;
+    command.arg("--minutes");
     command.arg(args.minutes.to_string());
     if let Some(seed) = args.seed {
         command.args(["--seed", &seed.to_string()]);

@@ -33,6 +33,19 @@ pub fn command(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
+/// A program of the workspace, built. All of the workspace is built with it: cargo would give a package that is built alone
+/// other features of what it stands on, and build all of that a second time.
+pub fn program(name: &str, release: bool) -> Result<Command> {
+    let mut build = cargo();
+    build.args(["build", "--quiet", "--workspace", "--locked"]);
+    if release {
+        build.arg("--release");
+    }
+    run(&mut build)?;
+    let profile = if release { "release" } else { "dev" };
+    Ok(command(programs(profile).join(name)))
+}
+
 /// Runs to the end; anything but success is an error that shows the command.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command

@@ -1,7 +1,5 @@
 //! `cargo xtask simulate`: random schedules of faults against the real controller and agents, in simulated time.
 
-use std::process::Command;
-
 use anyhow::Result;
 
 use crate::project;
@@ -21,6 +19,9 @@ pub struct Args {
     /// Only this one, with all that happens in it.
     #[arg(long, conflicts_with_all = ["seeds", "start"])]
     seed: Option<u64>,
+    /// Built for speed: worth its build for tens of thousands of seeds.
+    #[arg(long)]
+    release: bool,
     /// Handed on to the simulation (`-- --help` shows what it takes).
     #[arg(last = true)]
     more: Vec<String>,
@@ -28,7 +29,7 @@ pub struct Args {
 
 /// Runs the seeds.
 pub fn run(args: &Args) -> Result<()> {
-    let mut command = program();
+    let mut command = project::program("simulate", args.release)?;
     match args.seed {
         Some(seed) => command.args(["--trace", "--seed"]).arg(seed.to_string()),
         None => command
@@ -40,18 +41,11 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// The part that the tests run.
 pub fn short() -> Result<()> {
-    let (seeds, start, seed, more) = (SHORT, 0, None, Vec::new());
     run(&Args {
-        seeds,
-        start,
-        seed,
-        more,
+        seeds: SHORT,
+        start: 0,
+        seed: None,
+        release: false,
+        more: Vec::new(),
     })
-}
-
-fn program() -> Command {
-    let mut command = project::cargo();
-    command.args(["run", "--quiet", "--locked", "-p", "rts-simulation"]);
-    command.args(["--bin", "simulate", "--"]);
-    command
 }
