@@ -18,6 +18,7 @@ use self::lives::Lives;
 use self::setup::{NodeSetup, Setup};
 use crate::clock::SimClock;
 use crate::disk::SimDisk;
+use crate::faults::Fault;
 use crate::fleet::Hosts;
 use crate::life::Life;
 use crate::machine::SimMachine;
@@ -46,6 +47,8 @@ pub struct World {
     lives: Lives,
     store: Mutex<SimStore>,
     restores: AtomicU64,
+    /// Faults that last and are not over, by number.
+    going_on: Mutex<BTreeMap<u64, Fault>>,
 }
 
 /// A node.
@@ -102,6 +105,7 @@ impl World {
             local_node: setup.local_node,
             store: Mutex::new(setup.store),
             restores: AtomicU64::new(0),
+            going_on: Mutex::default(),
             seed,
             net,
             truth,

@@ -11,13 +11,17 @@ use tokio::time::sleep;
 use super::verb::{StepError, Verb};
 use crate::events::lock;
 use crate::inventory::{system_ref, why_hanging};
+use crate::policies::replaces;
 
 /// Between two looks at a component that a step waits for.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Carries out a step, but waits for nothing that hangs and is to be replaced for it.
 pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> {
-    let Some((key, instance)) = subject(&work) else {
+    let policies = verb.agent.policies();
+    let policy = |instance: &str| policies.of_present(verb.system.as_ref()?, instance);
+    let replaced = subject(&work).filter(|(_, instance)| replaces(policy(instance)));
+    let Some((key, instance)) = replaced else {
         return verb.carry_out(work).await;
     };
     let hangs = known_to_hang(verb, key.clone(), instance.to_owned());

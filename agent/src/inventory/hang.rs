@@ -31,21 +31,19 @@ pub(super) fn hangs<'a>(policies: &Policies, info: &'a ComponentInfo) -> Option<
     (Duration::from_millis(busy.milliseconds) >= limit).then_some(busy)
 }
 
-/// The same in words, with what is allowed; none where the process is not to be replaced for it.
+/// Why a step on a component is no longer waited for; none where its process is not to be replaced for it.
 pub(crate) fn why_hanging(policies: &Policies, info: &ComponentInfo) -> Option<String> {
-    if !replaces(policy(policies, info)) {
-        return None;
-    }
-    let Busy {
-        callback,
-        milliseconds,
-    } = hangs(policies, info)?;
-    let (limit, key) = limit(policy(policies, info), callback);
-    let took = Duration::from_millis(*milliseconds).as_secs_f64();
-    let (instance, limit) = (&info.instance, words(limit));
-    Some(format!(
-        "{instance} has been in {callback} for {took:.1} s, longer than {limit} ({key})"
-    ))
+    let policy = policy(policies, info);
+    let busy = hangs(policies, info).filter(|_| replaces(policy))?;
+    Some(told(policy, info, busy))
+}
+
+/// Which callback hangs. The words do not change while that goes on.
+fn told(policy: Option<&Policy>, info: &ComponentInfo, busy: &Busy) -> String {
+    let (instance, callback) = (&info.instance, &busy.callback);
+    let (limit, key) = limit(policy, callback);
+    let limit = words(limit);
+    format!("{instance} has been in {callback} for longer than {limit} ({key})")
 }
 
 /// Why a manager's process must be replaced. The words do not change while that goes on.
@@ -54,12 +52,7 @@ pub(super) fn expired(policies: &Policies, view: &View) -> Option<String> {
     let hanging = components().filter(|info| replaces(policy(policies, info)));
     let reasons = hanging.filter_map(|info| {
         let busy = hangs(policies, info)?;
-        let (limit, key) = limit(policy(policies, info), &busy.callback);
-        let (instance, callback) = (&info.instance, &busy.callback);
-        let limit = words(limit);
-        Some(format!(
-            "{instance} has been in {callback} for longer than {limit} ({key})"
-        ))
+        Some(told(policy(policies, info), info, busy))
     });
     reasons.min().or_else(|| {
         let silent = view.silent?;

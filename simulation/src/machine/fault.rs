@@ -54,6 +54,14 @@ impl SimMachine {
         self.0.change(|state| state.fails_to_start = fails);
     }
 
+    /// True while the process of a manager lives; by its display name, or any.
+    pub fn has(&self, manager: Option<&str>) -> bool {
+        self.0.change(|state| {
+            let mut living = state.processes.values().filter(|p| p.lives());
+            living.any(|p| manager.is_none_or(|name| p.key.display_name() == name))
+        })
+    }
+
     /// The process of a manager dies; by its display name, or any. Gives which.
     pub fn kill(&self, manager: Option<&str>) -> Option<String> {
         self.hit(manager, |state, number| {

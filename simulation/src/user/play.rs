@@ -1,6 +1,5 @@
 //! The story: everything comes up, the change is applied, the faults come, until all is well again or the time is over.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -15,7 +14,7 @@ use tokio::time::{Instant, sleep};
 use super::apply::apply;
 use super::end::{Wanted, converged, end};
 use super::record::Record;
-use super::strike::strike;
+use super::strike::{strike, there};
 use super::world::{update_modules, world};
 use crate::faults::{Fault, Timed, When};
 use crate::words;
@@ -29,6 +28,10 @@ const SETTLED: Duration = Duration::from_secs(15);
 /// How often it is looked at everything.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// What no result leaves unsaid.
+const HONESTLY: &str = "machines and managers are simulated: no component's own code runs, its callbacks end well and at once unless a \
+                        fault says otherwise, deaths that were counted before are not known, and times are rough";
+
 /// Plays a scenario through.
 pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, Problem> {
     let failed = |e: &dyn std::error::Error| Problem::internal(e.to_string());
@@ -41,7 +44,10 @@ pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, 
             systems: scenario.before.systems.keys().cloned().collect(),
             applied: Some(Default::default()),
         },
-        notes: scenario.notes.clone(),
+        notes: [HONESTLY.to_owned()]
+            .into_iter()
+            .chain(scenario.notes.iter().cloned())
+            .collect(),
         seen: Seen::default(),
         world,
         record,
@@ -122,7 +128,10 @@ impl Story {
                     waits.fetch_add(1, Ordering::Relaxed);
                 }
             }
-            record.tell(world.truth.now(), "fault", "Fault", text.clone());
+            for fault in &faults {
+                there(&world, fault).await;
+            }
+            record.struck(world.truth.now(), &text);
             // What never ends is not waited for.
             let for_ever = faults.iter().any(|fault| lasts(fault) == Lasts::ForEver);
             if for_ever {
@@ -237,14 +246,9 @@ impl Story {
     }
 
     fn never_came(&mut self, faults: &[Timed]) {
-        let (events, _) = self.record.events();
-        let came: BTreeSet<&str> = events
-            .iter()
-            .filter(|event| event.reason == "Fault")
-            .map(|event| event.message.as_str())
-            .collect();
+        let came = self.record.came();
         for text in words::print_all(faults) {
-            if !came.contains(text.as_str()) {
+            if !came.contains(&text) {
                 self.notes.push(format!("a fault never came: {text}"));
             }
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rts_controller_api::objects::Event;
 use rts_controller_api::simulate::SimulatedEvent;
-use rts_plan::plan::{Plan, StepId};
+use rts_plan::plan::{Plan, Step, StepId};
 use rts_plan::target;
 use tokio::sync::watch;
 
@@ -34,8 +34,10 @@ struct Inner {
     planned: bool,
     /// Instances that lived at the apply and that the plan makes again.
     remade: BTreeSet<String>,
-    /// Kind and target of steps that have begun.
-    begun: BTreeSet<(String, String)>,
+    /// Node, kind and target of steps that have begun.
+    begun: BTreeSet<(String, String, String)>,
+    /// Faults that have struck.
+    came: BTreeSet<String>,
     alive: BTreeSet<String>,
     /// Times that an instance was created again since the apply.
     again: BTreeMap<String, u32>,
@@ -92,7 +94,7 @@ impl Record {
                 let inner = self.lock();
                 let it = inner.plan.steps.iter().find(|s| s.id == step);
                 let none = inner.planned && inner.plan.steps.is_empty();
-                none || it.is_some_and(|s| inner.has_begun(s.work.kind(), &s.target))
+                none || it.is_some_and(|s| inner.has_begun(s))
             };
             if begun || steps.changed().await.is_err() {
                 return;
@@ -103,6 +105,18 @@ impl Record {
     /// Something that the simulation itself does.
     pub fn tell(&self, now: Duration, object: &str, reason: &str, message: String) {
         self.lock().tell(now, object, reason, message);
+    }
+
+    /// A fault strikes.
+    pub fn struck(&self, now: Duration, text: &str) {
+        let inner = &mut *self.lock();
+        inner.came.insert(text.to_owned());
+        inner.tell(now, "fault", "Fault", text.to_owned());
+    }
+
+    /// Faults that have struck.
+    pub fn came(&self) -> BTreeSet<String> {
+        self.lock().came.clone()
     }
 
     /// What the controller says.
@@ -133,7 +147,8 @@ impl Record {
 impl Inner {
     fn tell(&mut self, now: Duration, object: &str, reason: &str, message: String) {
         let Some(begin) = self.begin else { return };
-        if self.events.len() >= MOST {
+        // There are few faults, and nobody understands the rest without them.
+        if self.events.len() >= MOST && object != "fault" {
             self.omitted += 1;
             return;
         }
@@ -147,8 +162,24 @@ impl Inner {
         });
     }
 
-    fn has_begun(&self, kind: &str, target: &str) -> bool {
-        self.begun.contains(&(kind.to_owned(), target.to_owned()))
+    fn has_begun(&self, step: &Step) -> bool {
+        let kind = step.work.kind().to_owned();
+        self.begun
+            .contains(&(step.node.clone(), kind, step.target.clone()))
+    }
+
+    /// A step of the plan begins on a node.
+    fn begins(&mut self, at: Duration, node: &str, kind: &str, target: &str) {
+        let key = (node.to_owned(), kind.to_owned(), target.to_owned());
+        let again = self.begin.is_some() && !self.begun.insert(key);
+        let again = if again { ", again" } else { "" };
+        let told = self.events.len();
+        self.tell(at, target, kind, format!("begins on node {node}{again}"));
+        let mut steps = self.plan.steps.iter();
+        let step = steps.find(|s| s.node == node && s.work.kind() == kind && s.target == target);
+        if let (Some(step), Some(event)) = (step, self.events.get_mut(told)) {
+            event.step = Some(step.id);
+        }
     }
 
     /// The step of the plan whose begin or end an event tells of.
@@ -209,10 +240,7 @@ impl Witness for Record {
         match what {
             Happened::StepBegan { node, step, .. } => {
                 let (kind, target) = step.split_once(' ').unwrap_or((step, ""));
-                let key = (kind.to_owned(), target.to_owned());
-                let again = inner.begin.is_some() && !inner.begun.insert(key);
-                let again = if again { ", again" } else { "" };
-                inner.tell(at, target, kind, format!("begins on node {node}{again}"));
+                inner.begins(at, node, kind, target);
                 self.steps.send_modify(|n| *n += 1);
             }
             Happened::ProcessStarted { node, manager, .. } => {

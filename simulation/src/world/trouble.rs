@@ -23,6 +23,8 @@ pub struct Begun {
     fault: Fault,
     /// Which weather it is.
     weather: u64,
+    /// Among those that go on.
+    number: u64,
 }
 
 /// How long a fault lasts.
@@ -41,6 +43,25 @@ pub fn lasts(fault: &Fault) -> Lasts {
         | Fault::ManagerDies { .. }
         | Fault::ManagerHangs { .. }
         | Fault::Usurper => Lasts::Not,
+    }
+}
+
+impl World {
+    /// A fault has begun. Gives its number.
+    fn goes_on(&self, fault: Fault) -> u64 {
+        let mut going_on = super::lock(&self.going_on);
+        let number = going_on.last_key_value().map_or(0, |(last, _)| last + 1);
+        if lasts(&fault) != Lasts::Not {
+            going_on.insert(number, fault);
+        }
+        number
+    }
+
+    /// A fault is over. Gives the others that go on, in the order in which they began.
+    fn over(&self, number: u64) -> Vec<Fault> {
+        let mut going_on = super::lock(&self.going_on);
+        going_on.remove(&number);
+        going_on.values().cloned().collect()
     }
 }
 
@@ -93,24 +114,68 @@ pub fn begin(world: &World, fault: Fault) -> Begun {
         }
         Fault::Usurper => {}
     }
-    Begun { fault, weather }
+    let number = world.goes_on(fault.clone());
+    Begun {
+        fault,
+        weather,
+        number,
+    }
 }
 
-/// Undoes what lasts.
+/// Undoes what lasts, but for what another one of its kind still does.
 pub fn end(world: &World, begun: &Begun) {
+    let others = world.over(begun.number);
     match &begun.fault {
         Fault::Cut { from, to, .. } => world.net.mend(from, to),
         Fault::Weather { .. } => world.net.clear(begun.weather),
         Fault::DiskSlow { host, delay, .. } => match world.nodes.get(host) {
-            Some(node) => node.disk.slow(None),
+            Some(node) => {
+                let slow = others.iter().filter_map(|other| match other {
+                    Fault::DiskSlow { host: at, delay, .. } if at == host => Some(*delay),
+                    _ => None,
+                });
+                node.disk.slow(slow.max());
+            }
             None => world.store().quick(*delay),
         },
         Fault::Misbehaves { instance, .. } => {
+            let how = others.iter().rev().find_map(|other| match other {
+                Fault::Misbehaves { instance: of, how, .. } if of == instance => Some(*how),
+                _ => None,
+            });
             for node in world.nodes.values() {
-                node.machine.misbehave(instance, None);
+                node.machine.misbehave(instance, how);
             }
         }
-        fault => fails(world, fault, false),
+        fault => {
+            // The store counts by itself.
+            let of_store = matches!(fault, Fault::DiskFails { host, .. } if !world.nodes.contains_key(host));
+            if of_store || !others.iter().any(|other| same(fault, other)) {
+                fails(world, fault, false);
+            }
+        }
+    }
+}
+
+/// True when two faults let the same thing fail.
+fn same(one: &Fault, other: &Fault) -> bool {
+    match (one, other) {
+        (Fault::DiskFails { host, .. }, Fault::DiskFails { host: other, .. }) => host == other,
+        (
+            Fault::ManagersFailToStart { node, .. },
+            Fault::ManagersFailToStart { node: other, .. },
+        ) => node == other,
+        (
+            Fault::ModuleFails {
+                node, type_name, ..
+            },
+            Fault::ModuleFails {
+                node: other,
+                type_name: of,
+                ..
+            },
+        ) => (node, type_name) == (other, of),
+        _ => false,
     }
 }
 
