@@ -16,6 +16,8 @@ use crate::simulator::{Scenario, Simulator, Stop};
 
 /// Longest time that a simulation may take.
 const WALL: Duration = Duration::from_secs(20);
+/// After that, time for it to tell what it has.
+const LAST_WORD: Duration = Duration::from_secs(5);
 /// Stack of its thread: debug builds nest deep.
 const STACK: usize = 16 * 1024 * 1024;
 /// Most faults.
@@ -38,15 +40,23 @@ pub async fn simulate(
     let (answer, answered) = oneshot::channel();
     let simulator = Arc::clone(&core.simulator);
     let work = move || {
-        // Whoever asked may have gone.
-        let _ = answer.send(quietly(simulator.as_ref(), &scenario));
+        let result = quietly(simulator.as_ref(), &scenario);
+        // Who has the answer may ask for the next at once.
         drop(permit);
+        // Whoever asked may have gone.
+        let _ = answer.send(result);
     };
     let thread = std::thread::Builder::new().name("simulation".to_owned());
     thread.stack_size(STACK).spawn(work).map_err(|e| {
         Problem::unavailable("no-thread", format!("cannot start a thread for it: {e}"))
     })?;
-    let result = tokio::time::timeout(WALL, answered).await;
+    tokio::pin!(answered);
+    let mut result = tokio::time::timeout(WALL, &mut answered).await;
+    if result.is_err() {
+        // What it has by now is better than nothing.
+        told.0.hurry();
+        result = tokio::time::timeout(LAST_WORD, answered).await;
+    }
     drop(told);
     match result {
         Ok(Ok(result)) => result,

@@ -66,19 +66,35 @@ pub struct Parts {
     pub types: BTreeSet<String>,
 }
 
-/// Told when nobody waits any more. Clones are the same.
+/// Told when it takes too long, and when nobody waits any more. Clones are the same.
 #[derive(Debug, Clone, Default)]
-pub struct Stop(Arc<AtomicBool>);
+pub struct Stop(Arc<Told>);
+
+#[derive(Debug, Default)]
+struct Told {
+    late: AtomicBool,
+    stopped: AtomicBool,
+}
 
 impl Stop {
-    /// From now on.
+    /// From now on nobody waits.
     pub fn stop(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.stopped.store(true, Ordering::Relaxed);
     }
 
-    /// True when it was told.
+    /// True when nobody waits.
     pub fn is_stopped(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.0.stopped.load(Ordering::Relaxed)
+    }
+
+    /// What there is by now is to be told.
+    pub fn hurry(&self) {
+        self.0.late.store(true, Ordering::Relaxed);
+    }
+
+    /// True when it has taken too long.
+    pub fn is_late(&self) -> bool {
+        self.0.late.load(Ordering::Relaxed)
     }
 }
 

@@ -25,8 +25,9 @@ Faults:
   manager NAME dies|hangs [on NODE]         its process
   managers on NODE fail to start            for `for`, or 10s
   module TYPE fails [on NODE]               it cannot be loaded
-  component NAME misbehaves HOW             error-activate, hang-execute, crash-later, ...
-  network loses P% doubles P% delays TIME   one of them or more, for `for`, or 30s
+  component NAME misbehaves HOW             crash-at-once, crash-later, hang-initialize|activate|execute|deactivate|finalize,
+                                            error-initialize|activate|execute, panic, ignore-deactivate, slow-activate
+  network loses P% doubles P% delays TIME   one of them or more, by up to TIME, for `for`, or 30s
   disk of HOST fails|is slow TIME           its writes, for `for`, or 10s
   clock of HOST jumps TIME                  by +5s or -1h
 Behind each: `at step N` or `at TIME` (else as soon as it can matter), and `for TIME`. Steps have the numbers of the plan; a

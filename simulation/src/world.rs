@@ -47,6 +47,8 @@ pub struct World {
     lives: Lives,
     store: Mutex<SimStore>,
     restores: AtomicU64,
+    /// How many of these stores a controller has come up with.
+    served: AtomicU64,
     /// Faults that last and are not over, by number.
     going_on: Mutex<BTreeMap<u64, Fault>>,
 }
@@ -105,6 +107,7 @@ impl World {
             local_node: setup.local_node,
             store: Mutex::new(setup.store),
             restores: AtomicU64::new(0),
+            served: AtomicU64::new(0),
             going_on: Mutex::default(),
             seed,
             net,
@@ -137,6 +140,16 @@ impl World {
     /// How often that was done.
     pub fn restores(&self) -> u64 {
         self.restores.load(Ordering::Relaxed)
+    }
+
+    /// A controller has come up with the store that this many restores led to.
+    pub fn serves(&self, restores: u64) {
+        self.served.fetch_max(restores, Ordering::Relaxed);
+    }
+
+    /// False after a restore until a controller has come up with that store: who answers till then is the one of before.
+    pub fn is_served(&self) -> bool {
+        self.served.load(Ordering::Relaxed) == self.restores()
     }
 
     /// What the ledger on a node's disk says.

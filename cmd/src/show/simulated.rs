@@ -55,6 +55,9 @@ fn text(result: &Simulated, color: bool) -> String {
     for fault in &result.faults {
         text.push_str(&format!("fault: {fault}\n"));
     }
+    for fault in &result.never_came {
+        text.push_str(&format!("never came: {fault}\n"));
+    }
     text.push_str(&happened(result).render(true, false));
     if result.omitted > 0 {
         let more = plural(
@@ -173,6 +176,10 @@ mod tests {
                 event(12_004, "node/local", "NodeUnknown", None),
             ],
             omitted: u64::from(!converged),
+            never_came: match converged {
+                true => Vec::new(),
+                false => vec!["agent local drops at step 1 for 3s".to_owned()],
+            },
             end: SimulatedEnd {
                 converged,
                 converged_ms: converged.then_some(14_250),

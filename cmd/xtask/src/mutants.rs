@@ -112,10 +112,12 @@ fn cargo(folder: &Path, patch: &Patch) -> Command {
     command.current_dir(folder);
     command.env("CARGO_TARGET_DIR", project::target());
     // The lock file knows the packages by another version.
-    command.args(["test", "--offline", "-p", &patch.package]);
+    command.args(["test", "--offline"]);
+    // Of all packages, as the tests were built: cargo would give a package alone other features of what it stands on, and
+    // build all of that anew.
     match &patch.file {
-        Some(file) => command.args(["--test", file]),
-        None => command.arg("--lib"),
+        Some(file) => command.args(["--workspace", "--test", file]),
+        None => command.args(["-p", &patch.package, "--lib"]),
     };
     // A mutant must not rewrite what snapshots say.
     command

@@ -82,6 +82,9 @@ pub struct Simulated {
     /// Later events that were left out.
     #[serde(default)]
     pub omitted: u64,
+    /// Faults that never struck: their step or their time did not come, or there was nothing for them to strike.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub never_came: Vec<String>,
     /// How it ended.
     pub end: SimulatedEnd,
 }

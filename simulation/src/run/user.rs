@@ -224,7 +224,7 @@ impl Users {
             system: system.to_owned(),
             generation,
         });
-        if self.world.restores() != restores {
+        if self.world.restores() != restores || !self.world.is_served() {
             // The store that it was said of is no longer the one that counts.
             self.world.desired.restored();
         }

@@ -29,8 +29,12 @@ const SETTLED: Duration = Duration::from_secs(15);
 const LOOK: Duration = Duration::from_millis(20);
 
 /// What no result leaves unsaid.
-const HONESTLY: &str = "machines and managers are simulated: no component's own code runs, its callbacks end well and at once unless a \
+pub(super) const HONESTLY: &str = "machines and managers are simulated: no component's own code runs, its callbacks end well and at once unless a \
                         fault says otherwise, deaths that were counted before are not known, and times are rough";
+
+/// Said when it is cut short.
+const LATE: &str =
+    "it took too long to play through: it ends here, and what would have come after is not known";
 
 /// Plays a scenario through.
 pub async fn play(scenario: &Scenario, faults: Vec<Timed>) -> Result<Simulated, Problem> {
@@ -200,9 +204,13 @@ impl Story {
             if settled && waits.load(Ordering::Relaxed) == 0 || begin.elapsed() >= scenario.limit {
                 break;
             }
+            if scenario.stop.is_late() {
+                self.notes.push(LATE.to_owned());
+                break;
+            }
         }
         self.drain();
-        self.never_came(faults);
+        let never_came = self.never_came(faults);
         let core = self.world.hosts.controller();
         let mut end = end(core.as_deref(), &self.wanted, &self.record);
         end.converged = well.is_some();
@@ -216,6 +224,7 @@ impl Story {
             plan,
             events,
             omitted,
+            never_came,
             end,
         })
     }
@@ -245,13 +254,11 @@ impl Story {
         self.seen.revision = core.view.revision();
     }
 
-    fn never_came(&mut self, faults: &[Timed]) {
+    fn never_came(&self, faults: &[Timed]) -> Vec<String> {
         let came = self.record.came();
-        for text in words::print_all(faults) {
-            if !came.contains(&text) {
-                self.notes.push(format!("a fault never came: {text}"));
-            }
-        }
+        let mut all = words::print_all(faults);
+        all.retain(|text| !came.contains(text));
+        all
     }
 }
 

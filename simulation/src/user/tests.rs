@@ -8,6 +8,7 @@ use rts_controller_api::simulate::{Simulated, SimulatedEvent};
 use rts_schemas::system::SystemSpec;
 
 use super::UserSimulator;
+use super::play::HONESTLY;
 
 fn hello() -> SystemSpec {
     let bytes = include_bytes!("../../../manifests/hello/system.xml");
@@ -103,7 +104,8 @@ fn without_faults_it_converges_step_by_step() {
         let begins = result.events.iter().filter(begun).count();
         assert_eq!(begins, 1, "step {}\n{}", step.id, text(&result));
     }
-    assert!(result.end.undone.is_empty() && result.notes.is_empty());
+    assert!(result.end.undone.is_empty());
+    assert_eq!(result.notes, [HONESTLY]);
     assert!(
         result
             .end
@@ -206,7 +208,11 @@ fn every_fault_can_strike_and_pass() {
         let result = play(&[fault]);
         assert!(result.end.converged, "{fault}\n{}", text(&result));
         told(&result, &["Fault"]);
-        assert!(result.notes.is_empty(), "{fault}: {:?}", result.notes);
+        assert!(
+            result.never_came.is_empty(),
+            "{fault}: {:?}",
+            result.never_came
+        );
     }
     let hangs = play(&["manager hello.main hangs at 3s"]);
     assert!(!hangs.end.converged);
@@ -300,7 +306,7 @@ fn where_nothing_is_to_be_done_faults_come_at_once() {
     let result = UserSimulator.simulate(&scenario).unwrap();
     assert!(result.plan.steps.is_empty(), "{:#?}", result.plan);
     assert!(
-        result.end.converged && result.notes.is_empty(),
+        result.end.converged && result.never_came.is_empty(),
         "{}",
         text(&result)
     );

@@ -254,3 +254,12 @@ const WORDS: [&str; 32] = [
     "3",
     "10s",
 ];
+
+#[test]
+fn the_help_names_every_way_to_misbehave() {
+    for (name, _) in MISBEHAVIOURS {
+        let (verb, rest) = name.split_once('-').unwrap_or((name, ""));
+        let says = |line: &str| line.contains(&format!(" {verb}")) && line.contains(rest);
+        assert!(GRAMMAR.lines().any(says), "{name}");
+    }
+}

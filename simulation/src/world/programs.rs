@@ -78,7 +78,7 @@ async fn start(world: &Arc<World>, life: &Life) -> Result<Program, String> {
 
 /// Starts a controller with the store of now.
 async fn controller(world: &Arc<World>, life: &Life) -> Result<JoinSet<()>, String> {
-    let store = world.store();
+    let (restores, store) = (world.restores(), world.store());
     let state = store.state();
     let systems = state.systems.values().map(|record| {
         let generation = record.deleted.is_none().then_some(record.generation);
@@ -99,6 +99,7 @@ async fn controller(world: &Arc<World>, life: &Life) -> Result<JoinSet<()>, Stri
     };
     let core = Core::load(inputs).await.map_err(|e| e.to_string())?;
     world.hosts.controller_serves(life, &core);
+    world.serves(restores);
     let mut tasks = JoinSet::new();
     tasks.spawn(Reconciler::new(Arc::clone(&core)).run());
     tasks.spawn(expire_sessions(core));

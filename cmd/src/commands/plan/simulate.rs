@@ -69,7 +69,8 @@ pub async fn run(
         result => result.map_err(input.failed(what))?,
     };
     simulated::print(&result, format, &session.out)?;
-    Ok(match result.end.converged {
+    // A fault that never came has shown nothing.
+    Ok(match result.end.converged && result.never_came.is_empty() {
         true => Exit::Ok,
         false => Exit::Different,
     })
