@@ -82,6 +82,11 @@ impl Hosts {
         self.node(node).map(|node| node.api)
     }
 
+    /// Nobody serves any more. Who serves knows everybody else: without this, nothing of a run would ever be freed.
+    pub fn close(&self) {
+        *self.serving() = Serving::default();
+    }
+
     fn node(&self, node: &str) -> Option<Node> {
         let node = self.serving().agents.get(node).cloned();
         node.filter(|node| !node.life.is_over())

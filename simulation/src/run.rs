@@ -96,6 +96,7 @@ async fn play(schedule: &Schedule, trace: Trace) -> Outcome {
     world
         .coverage
         .add("writes of the store that failed", world.store().counts().1);
+    world.hosts.close();
     Outcome {
         violation,
         coverage: world.coverage.counts(),

@@ -217,6 +217,7 @@ impl Story {
         end.converged_ms = well.map(|at| millis(at.duration_since(begin)));
         end.simulated_ms = millis(begin.elapsed());
         let (events, omitted) = self.record.events();
+        self.world.hosts.close();
         Ok(Simulated {
             seed: scenario.seed,
             faults: words::print_all(faults),
