@@ -80,6 +80,8 @@ pub(crate) struct Agent {
     pub naming: Mutex<()>,
     /// Who changes which configuration.
     pub turns: Turns,
+    /// Who connects or unbinds which connector.
+    pub wiring: Turns,
 }
 
 impl Agent {
@@ -112,6 +114,7 @@ impl Agent {
             failures: Default::default(),
             naming: Mutex::new(()),
             turns: Turns::default(),
+            wiring: Turns::default(),
             config,
             folders,
             inputs,

@@ -10,6 +10,7 @@ mod in_vain;
 mod manager;
 mod module;
 mod queue;
+mod unbind;
 mod verb;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};

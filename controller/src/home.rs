@@ -46,9 +46,7 @@ pub struct Home {
     root: PathBuf,
     /// Its flock ends with the descriptor.
     lock: files::Lock,
-    /// What tells the lock's file from another one at the same path.
-    locked: Option<(u64, u64)>,
-    /// The same of the file that says who runs, once it was written.
+    /// What tells the file that says who runs from another one at its path, once it was written.
     announced: Option<(u64, u64)>,
     /// Looks in a row at which another controller had the lock.
     rival: u32,
@@ -60,7 +58,6 @@ impl Home {
         rts_host::home::claim(root)?;
         let lock = try_lock(root)?.ok_or_else(|| held(root))?;
         Ok(Self {
-            locked: number(&lock_of(root)),
             root: root.to_owned(),
             lock,
             announced: None,
@@ -86,7 +83,6 @@ impl Home {
             };
             let path = lock_of(&self.root);
             tracing::warn!("{} was gone or replaced; it is taken anew", path.display());
-            self.locked = number(&path);
             self.lock = lock;
         }
         self.rival = 0;
@@ -98,7 +94,7 @@ impl Home {
 
     /// True while the lock is still the one at its path.
     fn holds(&self) -> bool {
-        self.locked.is_some() && number(&lock_of(&self.root)) == self.locked
+        self.lock.is_at(&lock_of(&self.root))
     }
 
     /// The controller's socket.

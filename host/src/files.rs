@@ -2,7 +2,7 @@
 
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
@@ -26,11 +26,35 @@ pub fn durable_folder(path: &Path) -> io::Result<()> {
 /// An exclusive lock on a file; it ends with this value, or with the process.
 #[derive(Debug)]
 pub struct Lock {
-    _file: File,
+    file: File,
 }
 
-/// Takes the lock without waiting; `None` when somebody else has it. The file is made if need be.
+/// Tries for a lock whose file is replaced again and again.
+const TRIES: u32 = 5;
+
+impl Lock {
+    /// True while the file at this path is the one that is locked: neither gone nor replaced.
+    pub fn is_at(&self, path: &Path) -> bool {
+        let number = |file: std::fs::Metadata| (file.dev(), file.ino());
+        let own = self.file.metadata().map(number);
+        let there = std::fs::metadata(path).map(number);
+        own.is_ok_and(|own| there.is_ok_and(|there| own == there))
+    }
+}
+
+/// Takes the lock without waiting; `None` when somebody else has it, or replaces its file all the time. The file is
+/// made if need be, and is at its path when it is locked.
 pub fn lock(path: &Path) -> io::Result<Option<Lock>> {
+    for _ in 0..TRIES {
+        match try_lock(path)? {
+            Some(lock) if !lock.is_at(path) => {}
+            taken => return Ok(taken),
+        }
+    }
+    Ok(None)
+}
+
+fn try_lock(path: &Path) -> io::Result<Option<Lock>> {
     let mut options = OpenOptions::new();
     let file = options
         .write(true)
@@ -39,7 +63,7 @@ pub fn lock(path: &Path) -> io::Result<Option<Lock>> {
         .mode(0o600)
         .open(path)?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(Some(Lock { _file: file })),
+        Ok(()) => Ok(Some(Lock { file })),
         Err(rustix::io::Errno::WOULDBLOCK) => Ok(None),
         Err(e) => Err(e.into()),
     }
@@ -103,6 +127,18 @@ mod tests {
         let mode = std::fs::metadata(&path).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o600);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_lock_knows_whether_its_file_is_still_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.lock");
+        let held = lock(&path).unwrap().unwrap();
+        assert!(held.is_at(&path) && lock(&path).unwrap().is_none());
+        std::fs::remove_file(&path).unwrap();
+        assert!(!held.is_at(&path));
+        let other = lock(&path).unwrap().unwrap();
+        assert!(other.is_at(&path) && !held.is_at(&path));
     }
 
     #[test]

@@ -51,7 +51,8 @@ fn subject(work: &Work) -> Option<(&ManagerKey, &str)> {
         | Work::StartManager { .. }
         | Work::StopManager { .. }
         | Work::Connect { .. }
-        | Work::Disconnect { .. } => None,
+        | Work::Disconnect { .. }
+        | Work::Unbind { .. } => None,
     }
 }
 

@@ -7,7 +7,7 @@ use rts_manager_api::control::{Failure, FailureCode, SystemId};
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::plan::{Step, Work};
 
-use super::{CarryOut, Carrying, component, connector, hang, manager, module};
+use super::{CarryOut, Carrying, component, connector, hang, manager, module, unbind};
 use crate::agent::Agent;
 use crate::ledger::Fence;
 use crate::manager_link::LinkError;
@@ -119,7 +119,10 @@ pub(crate) fn limit(step: &Step, policies: &Policies) -> Duration {
 /// How long a step may take unless a policy says otherwise.
 pub(crate) fn usual_limit(work: &Work) -> Duration {
     Duration::from_secs(match work {
-        Work::StartManager { .. } | Work::Connect { .. } | Work::Disconnect { .. } => 5,
+        Work::StartManager { .. }
+        | Work::Connect { .. }
+        | Work::Disconnect { .. }
+        | Work::Unbind { .. } => 5,
         Work::Install { .. } | Work::LoadModule { .. } => 20,
         Work::StopManager { .. } => 12,
         Work::Create { .. }
@@ -165,6 +168,11 @@ impl Verb {
                 instance,
                 connector,
             } => connector::disconnect(self, &manager, instance, connector).await,
+            Work::Unbind {
+                manager,
+                instance,
+                connector,
+            } => unbind::unbind(self, &manager, &instance, connector).await,
             other => component::carry_out(self, other).await,
         }
     }

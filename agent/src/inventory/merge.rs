@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
+    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
     ManagerObserved, PortObserved,
 };
 use rts_schemas::system::{
@@ -121,6 +121,8 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         .map(|c| connector(&info.instance, c, arrivals))
         .collect();
     connectors.sort_by(|a, b| a.name.cmp(&b.name));
+    let mut bindings: Vec<_> = info.bindings.into_iter().map(binding).collect();
+    bindings.sort_by(|a, b| a.connector.cmp(&b.connector));
     ComponentObserved {
         type_name: info.type_name,
         system: info.system.as_ref().map(system_ref),
@@ -142,6 +144,7 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         executions: info.executions,
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
+        bindings,
         by_hand: info.by_hand.map(by_hand).unwrap_or_default(),
         instance: info.instance,
     }
@@ -190,6 +193,19 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
         samples_received: arrived.received,
         bytes: info.bytes,
         drops: info.drops + arrived.drops,
+    }
+}
+
+fn binding(info: BindingInfo) -> BindingObserved {
+    let source = info.source.as_deref().and_then(|s| s.rsplit_once('.'));
+    BindingObserved {
+        connector: info.connector,
+        port: info.port,
+        source: source.map(|(instance, port)| PortRef {
+            instance: instance.to_owned(),
+            port: port.to_owned(),
+        }),
+        connected: info.connected,
     }
 }
 
@@ -254,7 +270,6 @@ pub(crate) fn system_ref(id: &SystemId) -> SystemRef {
 mod tests {
     use super::*;
     use crate::inventory::fixtures::{bare, view};
-    use rts_manager_api::control::BindingInfo;
 
     /// What is shown of a connector between two processes: received and dropped. Its out-port end has sent so many
     /// samples and dropped `drops`; its in-port end has received and dropped so many.
@@ -277,6 +292,7 @@ mod tests {
         b.bindings.push(BindingInfo {
             connector: "c".to_owned(),
             port: "in".to_owned(),
+            source: None,
             connected,
             samples_received: came.0,
             drops: came.1,

@@ -210,6 +210,7 @@ impl Fake {
                 component.bindings.push(BindingInfo {
                     connector: binding.connector,
                     port: binding.port,
+                    source: Some(binding.source),
                     connected: true,
                     samples_received: 7,
                     drops: 0,

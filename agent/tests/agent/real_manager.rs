@@ -6,10 +6,10 @@ use rts_agent::Config;
 
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::{Batch, ModuleRequest};
-use rts_plan::observed::ManagerObserved;
-use rts_plan::plan::Work;
+use rts_plan::observed::{Inventory, ManagerObserved};
+use rts_plan::plan::{StepId, Work};
 
-use crate::setup::{Node, component, hello_batch, lives, step};
+use crate::setup::{Node, batch, component, hello_batch, lives, manager, step};
 
 /// `rts-manager` beside the test programs' folder.
 fn program() -> Option<PathBuf> {
@@ -137,4 +137,48 @@ async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
     assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
     assert!(up.managers.iter().all(|m| !lives(m.pid)));
     assert_eq!(node.managers(), []);
+}
+
+#[tokio::test]
+async fn an_in_port_end_is_unbound_only_when_nobody_is_connected_to_it() {
+    const NAME: &str = "Filter0.out-Printer0.in";
+    let (node, _) = hello().await;
+    let ends = |inventory: &Inventory| component(inventory, "Printer0").bindings.clone();
+    let unbind = |id, needs: &[StepId]| {
+        let work = Work::Unbind {
+            manager: manager("Printer0"),
+            instance: "Printer0".to_owned(),
+            connector: NAME.to_owned(),
+        };
+        step(id, needs, "connector", work)
+    };
+    let up = node.until(|i| ends(i).iter().any(|end| end.connected)).await;
+    let source = ends(&up)[0].source.as_ref().map(ToString::to_string);
+    assert_eq!(source.as_deref(), Some("Filter0.out"));
+    let outcomes = node.outcomes(&batch("connected", 1, vec![unbind(1, &[])])).await;
+    assert_eq!(outcomes, [(1, "ok".to_owned())]);
+    assert_eq!(ends(&node.agent.inventory().await.unwrap()), ends(&up));
+
+    let deactivate = Work::Deactivate {
+        manager: manager("main"),
+        instance: "Filter0".to_owned(),
+    };
+    let delete = Work::Delete {
+        manager: manager("main"),
+        instance: "Filter0".to_owned(),
+    };
+    let steps = vec![
+        step(1, &[], "component", deactivate),
+        step(2, &[1], "component", delete),
+    ];
+    let outcomes = node.outcomes(&batch("gone", 1, steps)).await;
+    assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
+    let left = node.until(|i| ends(i).iter().all(|end| !end.connected)).await;
+    assert_eq!(ends(&left).len(), 1, "it stays without a source");
+    let outcomes = node.outcomes(&batch("left", 1, vec![unbind(1, &[])])).await;
+    assert_eq!(outcomes, [(1, "ok".to_owned())]);
+    assert_eq!(ends(&node.agent.inventory().await.unwrap()), []);
+    // Once more: it is so already.
+    let outcomes = node.outcomes(&batch("again", 1, vec![unbind(1, &[])])).await;
+    assert_eq!(outcomes, [(1, "ok".to_owned())]);
 }

@@ -250,6 +250,8 @@ impl<'a> Bringer<'_, '_, 'a> {
                 reason: join.reason.clone(),
             });
             self.steps.need(step, self.down.cut.get(key).copied());
+            let ends = self.down.unbound.get(key).into_iter().flatten();
+            self.steps.need(step, ends.copied());
             for id in self.facts.links[key].ends {
                 self.steps.need(step, self.creates.get(&id).copied());
                 self.connects.or_default(id).push(step);

@@ -11,6 +11,7 @@ pub fn nominal_micros(work: &Work) -> u64 {
         Work::Create { .. } => 600,
         Work::Connect { .. }
         | Work::Disconnect { .. }
+        | Work::Unbind { .. }
         | Work::Activate { .. }
         | Work::Deactivate { .. }
         | Work::Delete { .. } => 300,
@@ -36,6 +37,7 @@ fn brings_up(work: &Work) -> bool {
         | Work::Activate { .. } => true,
         Work::Deactivate { .. }
         | Work::Disconnect { .. }
+        | Work::Unbind { .. }
         | Work::Delete { .. }
         | Work::UnloadModule { .. }
         | Work::StopManager { .. } => false,

@@ -44,6 +44,7 @@ pub(crate) fn changes<'a>(
     }
     connectors(facts, links, down, &mut changes);
     details::end_with_source(facts, decisions, links, down, &mut changes);
+    details::left_ends(facts, down, &mut changes);
     processes::managers(decisions, up, &mut changes);
     changes.sort_by(|a, b| (&a.target, &a.system, a.action).cmp(&(&b.target, &b.system, b.action)));
     changes

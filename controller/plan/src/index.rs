@@ -340,6 +340,11 @@ impl<'a> Facts<'a> {
         self.ids.get(uid, instance)
     }
 
+    /// A connector by its name; none for one that is neither desired nor observed.
+    pub fn link(&self, uid: &str, name: &str) -> Option<LinkId<'a>> {
+        self.link_ids.get(uid, name)
+    }
+
     /// The connectors of an observed component, with their identities.
     pub fn connectors(
         &self,

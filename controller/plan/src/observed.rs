@@ -157,6 +157,9 @@ pub struct ComponentObserved {
     pub ports: Vec<PortObserved>,
     /// Connectors of which it is the source (data: the out-port end).
     pub connectors: Vec<ConnectorObserved>,
+    /// Ends of connectors at its in-ports, with and without a source. None from an agent that does not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bindings: Vec<BindingObserved>,
     /// What a person changed in it since the plan last did.
     #[serde(default, skip_serializing_if = "ByHand::is_empty")]
     pub by_hand: ByHand,
@@ -239,6 +242,21 @@ pub struct ConnectorObserved {
     pub bytes: u64,
     /// Samples dropped from a full queue. A counter.
     pub drops: u64,
+}
+
+/// The end of a connector at an in-port, which lets its source connect. It stays there without one until it is unbound.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct BindingObserved {
+    /// Connector name.
+    pub connector: String,
+    /// Bare name of the in-port.
+    pub port: String,
+    /// Who may connect; none from a manager that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<PortRef>,
+    /// A source is connected.
+    pub connected: bool,
 }
 
 /// State of a connector.

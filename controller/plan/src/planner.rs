@@ -15,6 +15,7 @@
 //!   ends it in any case. What is left out for it is still a change, with the reason.
 //! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components; one
 //!   that has expired is stopped in the same way, and started again.
+//! - The end of a connector at an in-port goes when no desired connector asks for it and its source is gone.
 //! - What a process holds that does not answer and never has is unknown, not empty: nothing of its system that is seen
 //!   nowhere is made, since it may be in there, until that process answers or is gone.
 //! - With `onDisconnect` other than `keep` a component is Active only with all its data connectors ([`crate::peers`]).
@@ -82,6 +83,11 @@ fn waiting_on(
     }
     for (link, reason) in down.stuck_cuts.iter() {
         wait(target::connector(link.1), reason.clone());
+    }
+    for end in &down.left_ends {
+        if let Some(reason) = &end.blocked {
+            wait(target::connector(&end.binding.connector), reason.clone());
+        }
     }
     for (seat, (stop, why)) in decisions.stuck.iter() {
         let reason = match stop {

@@ -1,9 +1,11 @@
-//! Steps that take down: Deactivate, Disconnect, Delete, UnloadModule, StopManager.
+//! Steps that take down: Deactivate, Disconnect, Delete, UnloadModule, StopManager, Unbind.
 
+mod bindings;
 mod orders;
 
 use std::collections::BTreeMap;
 
+pub(crate) use self::bindings::LeftEnd;
 use crate::alone::made_by_hand;
 use crate::decide::{Decisions, Fate, Stop};
 use crate::graph::{Ix, NewStep, Steps};
@@ -30,6 +32,10 @@ pub(crate) struct Down<'a> {
     pub stuck: BTreeMap<usize, String>,
     /// Connectors that are to go and are blocked, and why.
     pub stuck_cuts: Table<LinkId<'a>, String>,
+    /// In-port ends that nobody wants.
+    pub left_ends: Vec<LeftEnd<'a>>,
+    /// System uid and connector → the Unbinds of its ends.
+    pub unbound: Table<LinkId<'a>, Vec<Ix>>,
 }
 
 /// Adds the steps.
@@ -53,6 +59,7 @@ pub(crate) fn add<'a>(
     taker.idle(links);
     taker.processes();
     taker.connectors(links);
+    taker.bindings();
     taker.modules();
     taker.orders();
     taker.prefer();

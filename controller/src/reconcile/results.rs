@@ -84,6 +84,7 @@ fn success(step: &Step) -> Option<Happening> {
         Work::Deactivate { .. } => ("Deactivated", step.reason.clone()),
         Work::Reset { .. } => ("Reset", "taken out of Error".to_owned()),
         Work::Disconnect { .. } => ("Disconnected", step.reason.clone()),
+        Work::Unbind { .. } => ("Unbound", step.reason.clone()),
         Work::Delete { .. } => ("Deleted", step.reason.clone()),
         Work::StopManager { .. } => ("ManagerStopped", step.reason.clone()),
         // The agent tells of its processes itself, with their pid.

@@ -119,6 +119,7 @@ impl End {
         BindingInfo {
             connector: self.binding.connector.clone(),
             port: self.binding.port.clone(),
+            source: Some(self.binding.source.clone()),
             connected: source.is_some_and(|source| source.closed.is_none()),
             samples_received: source.map_or(0, |source| source.received as u64),
             drops: 0,

@@ -146,7 +146,23 @@ fn unlike(wanted: &ComponentSpec, spec: &SystemSpec, component: &ComponentInfo) 
     }
     let mut names = real.keys();
     let strange = names.find(|connector| !own.contains(*connector));
-    strange.map(|connector| format!("{connector} is there and nobody wants it"))
+    let strange = strange.map(|connector| format!("{connector} is there and nobody wants it"));
+    strange.or_else(|| left_end(spec, component))
+}
+
+/// An in-port end of a component that no connector of its system has.
+fn left_end(spec: &SystemSpec, component: &ComponentInfo) -> Option<String> {
+    let name = &component.instance;
+    let wanted = |connector: &str| {
+        let mut all = spec.connectors.iter();
+        all.any(|c| c.name == connector && c.target.instance == *name)
+    };
+    let mut ends = component.bindings.iter();
+    let left = ends.find(|end| !wanted(&end.connector))?;
+    let connector = &left.connector;
+    Some(format!(
+        "{name} has an end of {connector}, and nobody wants it"
+    ))
 }
 
 /// Components and processes that nobody wants.

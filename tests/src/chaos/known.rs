@@ -4,9 +4,6 @@
 /// which fails: so nobody removes that file.
 pub const CONTROLLER_KEEPS_ITS_LOCK: bool = true;
 
-/// A component that leaves a profile takes its binding at an in-port with it.
-pub const BINDINGS_GO_WITH_THEIR_SOURCE: bool = false;
-
 /// An apply does not count it as a failure of its components that another one has changed the node's specification.
 pub const APPLIES_DO_NOT_DISTURB_EACH_OTHER: bool = true;
 

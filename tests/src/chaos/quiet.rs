@@ -8,7 +8,7 @@ use rts_manager_api::control::ComponentInfo;
 use serde_json::Value;
 
 use super::faults::Later;
-use super::known::{A_NEW_AGENT_REPLACES_WHAT_HANGS, BINDINGS_GO_WITH_THEIR_SOURCE};
+use super::known::A_NEW_AGENT_REPLACES_WHAT_HANGS;
 use super::script::{Act, Round};
 use super::stage::{Stage, Stop};
 use super::table::Manager;
@@ -307,7 +307,6 @@ fn is_as_wished(wish: &Wish, manager: &Manager, info: &ComponentInfo) -> Result<
         .filter(|(.., target)| target.split('.').next() == Some(instance.as_str()));
     let wished: BTreeSet<_> = to_it.map(|(name, ..)| name.as_str()).collect();
     let there = info.bindings.iter();
-    let there = there.filter(|binding| binding.connected || BINDINGS_GO_WITH_THEIR_SOURCE);
     let there: BTreeSet<_> = there.map(|binding| binding.connector.as_str()).collect();
     match there == wished {
         true => Ok(()),

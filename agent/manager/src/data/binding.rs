@@ -111,6 +111,7 @@ impl End {
         BindingInfo {
             connector: self.binding.connector.clone(),
             port: self.binding.port.clone(),
+            source: Some(self.binding.source.clone()),
             connected: source.is_some_and(|source| source.is_open()),
             samples_received: counts.received,
             drops: counts.drops,

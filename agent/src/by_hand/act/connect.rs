@@ -58,6 +58,7 @@ impl Agent {
         if !dry_run {
             let digest = || wanted.map(|c| c.digest()).unwrap_or_default();
             let by_hand = subject.mark(|_| digest());
+            let _turn = self.wiring.at(&spec.name).await;
             let joined = join(&subject.manager, &end, spec, by_hand, LIMIT).await;
             joined.map_err(step)?;
         }

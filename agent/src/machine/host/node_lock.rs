@@ -1,8 +1,6 @@
 //! The locks of a node: one agent at a time. One lies in `run`, where people and other programs look; the other lies
 //! beside the ledger that it protects, and outlives a careless hand in `run`.
 
-use std::fs;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -27,12 +25,11 @@ pub(super) struct NodeLock {
     locks: [Held; 2],
 }
 
-/// A lock, and what tells its file from another one at the same path.
+/// A lock, and where its file was.
 #[derive(Debug)]
 struct Held {
     path: PathBuf,
-    _lock: files::Lock,
-    number: Option<(u64, u64)>,
+    lock: files::Lock,
 }
 
 impl NodeLock {
@@ -49,7 +46,7 @@ impl NodeLock {
     /// Takes again what somebody has removed or replaced; an error when another agent has it by now.
     pub fn keep(&mut self) -> Result<(), StartError> {
         for held in &mut self.locks {
-            if held.number.is_some() && number(&held.path) == held.number {
+            if held.lock.is_at(&held.path) {
                 continue;
             }
             let path = held.path.clone();
@@ -83,19 +80,12 @@ fn try_take(path: &Path) -> Result<Option<Held>, StartError> {
         source,
     })?;
     Ok(lock.map(|lock| Held {
-        number: number(path),
         path: path.to_owned(),
-        _lock: lock,
+        lock,
     }))
 }
 
 fn running(node: &str, lock: PathBuf) -> StartError {
     let node = node.to_owned();
     StartError::Running { node, lock }
-}
-
-/// Device and inode.
-fn number(path: &Path) -> Option<(u64, u64)> {
-    let file = fs::symlink_metadata(path).ok()?;
-    Some((file.dev(), file.ino()))
 }

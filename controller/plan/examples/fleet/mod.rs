@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use rts_plan::desired::{Desired, ManagerKey, NodeSystem, PlacedComponent, SystemRef};
 use rts_plan::observed::{
-    ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
-    ManagerObserved, NodeObserved, Observed,
+    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory,
+    LifeCycleState, ManagerObserved, NodeObserved, Observed,
 };
 use rts_plan::{NodeFacts, StoredSystem, place};
 use rts_schemas::system::{
@@ -148,8 +148,16 @@ fn observed(desired: &Desired) -> Observed {
 
 fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
     let mut sources: BTreeMap<&str, Vec<ConnectorObserved>> = BTreeMap::new();
+    let mut targets: BTreeMap<&str, Vec<BindingObserved>> = BTreeMap::new();
     for placed in &part.connectors {
         let spec = &placed.spec;
+        let ends = targets.entry(spec.target.instance.as_str()).or_default();
+        ends.push(BindingObserved {
+            connector: spec.name.clone(),
+            port: spec.target.port.clone(),
+            source: Some(spec.source.clone()),
+            connected: true,
+        });
         let own = sources.entry(spec.source.instance.as_str()).or_default();
         own.push(ConnectorObserved {
             name: spec.name.clone(),
@@ -169,10 +177,12 @@ fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
     let mut managers: BTreeMap<&str, ManagerObserved> = BTreeMap::new();
     for placed in &part.components {
         let connectors = sources.remove(placed.spec.instance.as_str());
+        let bindings = targets.remove(placed.spec.instance.as_str());
         let manager = managers
             .entry(&placed.manager)
             .or_insert_with(|| manager(&part.system, &placed.manager));
-        let live = live(&part.system, placed, connectors.unwrap_or_default());
+        let mut live = live(&part.system, placed, connectors.unwrap_or_default());
+        live.bindings = bindings.unwrap_or_default();
         manager.modules.insert(live.type_name.clone());
         manager.components.push(live);
     }
@@ -222,6 +232,7 @@ fn live(
         executions: 0,
         ports: Vec::new(),
         connectors,
+        bindings: Vec::new(),
         by_hand: ByHand::default(),
     }
 }

@@ -1,5 +1,7 @@
 //! What was, or should be, where no step says it: what goes, and what cannot be made now.
 
+use std::collections::BTreeSet;
+
 use crate::decide::{Decisions, Fate};
 use crate::index::{Facts, Live, Want};
 use crate::links::compare;
@@ -87,5 +89,30 @@ pub(super) fn end_with_source<'a>(
                 fields: connector(observed),
             });
         }
+    }
+}
+
+/// In-port ends that go, where nothing else is said of their connector.
+pub(super) fn left_ends(facts: &Facts<'_>, down: &Down<'_>, changes: &mut Vec<Change>) {
+    if down.left_ends.is_empty() {
+        return;
+    }
+    let said = changes.iter().map(|c| (c.target.clone(), c.system.clone()));
+    let mut said: BTreeSet<_> = said.collect();
+    for end in &down.left_ends {
+        let system = facts.lives[end.live].component.system.as_ref();
+        let target = target::connector(&end.binding.connector);
+        let system = system.map(|system| system.name.clone());
+        if !said.insert((target.clone(), system.clone())) {
+            continue;
+        }
+        let change = Change {
+            action: Action::Remove,
+            target,
+            system,
+            reason: end.reason.clone(),
+            fields: Vec::new(),
+        };
+        changes.push(super::blocked(change, end.blocked.as_ref()));
     }
 }

@@ -215,6 +215,10 @@ impl<'a> LinkIds<'a> {
         }
     }
 
+    pub fn get(&self, uid: &str, name: &str) -> Option<LinkId<'a>> {
+        self.by_name.get(uid)?.get(name).copied()
+    }
+
     /// The identity of a connector, with the next number when it has none.
     pub fn number(&mut self, uid: &'a str, name: &'a str) -> LinkId<'a> {
         let own = self.by_name.entry(uid).or_default();

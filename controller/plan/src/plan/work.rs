@@ -100,6 +100,15 @@ pub enum Work {
         /// Connector name.
         connector: String,
     },
+    /// Remove the end of a connector at an in-port, which no source is connected to.
+    Unbind {
+        /// Manager of the target.
+        manager: ManagerKey,
+        /// Instance with the in-port.
+        instance: String,
+        /// Connector name.
+        connector: String,
+    },
     /// Finalise and delete a component.
     Delete {
         /// Where.
@@ -137,6 +146,7 @@ macro_rules! manager {
             | Work::Deactivate { manager, .. }
             | Work::Reset { manager, .. }
             | Work::Disconnect { manager, .. }
+            | Work::Unbind { manager, .. }
             | Work::Delete { manager, .. }
             | Work::StopManager { manager, .. } => Some(manager),
         }
@@ -167,6 +177,7 @@ impl Work {
             Work::Deactivate { .. } => "Deactivate",
             Work::Reset { .. } => "Reset",
             Work::Disconnect { .. } => "Disconnect",
+            Work::Unbind { .. } => "Unbind",
             Work::Delete { .. } => "Delete",
             Work::UnloadModule { .. } => "UnloadModule",
             Work::StopManager { .. } => "StopManager",

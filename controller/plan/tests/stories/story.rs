@@ -3,7 +3,7 @@
 use rts_plan::observed::LifeCycleState;
 use rts_plan::plan::{Blocked, Plan};
 use rts_plan::{plan, render};
-use rts_schemas::system::PortKind;
+use rts_schemas::system::{DriftPolicy, PortKind};
 
 use crate::world::World;
 use crate::world::execute::Chance;
@@ -102,6 +102,45 @@ fn component_removed() {
     changed.spec.orders.activation.pop();
     story.world.apply(changed);
     insta::assert_snapshot!(story.turn());
+    assert!(story.plan().is_empty());
+}
+
+#[test]
+fn what_was_left_at_an_in_port_is_unbound() {
+    let mut story = Story::running();
+    let names = |story: &Story| -> Vec<String> {
+        let all = story.world.components();
+        all.map(|(_, _, c)| c.instance.clone()).collect()
+    };
+    let filter = names(&story).iter().position(|name| name == "Filter0");
+    story.world.leave_end(filter.unwrap(), false);
+    let left = story.turn();
+    assert_eq!(story.world.left_ends(), []);
+    assert!(story.plan().is_empty());
+    // An end of a name that is connected elsewhere anew: the old one goes first.
+    let printer = names(&story).iter().position(|name| name == "Printer0");
+    story.world.leave_end(printer.unwrap(), true);
+    story.world.disconnect("Sine0", "Sine0.out-Filter0.in");
+    let elsewhere = story.turn();
+    assert_eq!(story.world.left_ends(), []);
+    assert!(story.plan().is_empty());
+    insta::assert_snapshot!(format!("{left}\n{elsewhere}"));
+}
+
+#[test]
+fn the_end_of_what_a_person_connected_stays_as_long_as_it_has_a_source() {
+    let mut story = Story::running();
+    for component in &mut story.world.systems[0].spec.components {
+        component.policy.drift = DriftPolicy::Ignore;
+    }
+    story.world.connect_new("Sine0", "Printer0");
+    assert!(story.plan().is_empty());
+    let mut managers = story.world.managers();
+    let source = managers.position(|(_, m)| m.key.name == "main");
+    drop(managers);
+    story.world.kill(source.unwrap());
+    insta::assert_snapshot!(story.turn());
+    assert_eq!(story.world.left_ends(), []);
     assert!(story.plan().is_empty());
 }
 

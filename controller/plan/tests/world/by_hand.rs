@@ -198,9 +198,16 @@ impl World {
         component.by_hand.disconnected.remove(&name);
         component.connectors.retain(|c| c.name != name);
         let mut connector = connected(name, from, to, &target.incarnation);
+        let end = connector.clone();
         connector.properties = BTreeMap::from([how]);
         connector.by_hand = Some(mark);
         component.connectors.push(connector);
+        self.bind(
+            &end.name,
+            &end.source,
+            &end.target.port,
+            &target.incarnation,
+        );
     }
 
     pub fn disconnect_by_hand(
@@ -213,6 +220,10 @@ impl World {
         let component = self.again(source);
         component.connectors.retain(|c| c.name != *name);
         component.by_hand.disconnected.insert(name.to_owned(), mark);
+        let found = source.connectors.iter().find(|c| c.name == name);
+        if let Some(found) = found {
+            self.unbind_at(&found.target_incarnation, name);
+        }
     }
 }
 

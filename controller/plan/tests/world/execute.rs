@@ -209,6 +209,19 @@ impl World {
                 let component = self.find(node, manager, instance)?;
                 component.connectors.retain(|c| c.name != *connector);
                 component.by_hand.disconnected.remove(connector);
+                self.unbind(node, manager.system.as_ref(), connector);
+                Ok(())
+            }
+            Work::Unbind {
+                manager,
+                instance,
+                connector,
+            } => {
+                let target = self.find(node, manager, instance)?.incarnation.clone();
+                let end = (connector.clone(), target.clone());
+                let connected = self.connected_ends().contains(&end);
+                check(!connected, "somebody is connected to it")?;
+                self.unbind_at(&target, connector);
                 Ok(())
             }
             Work::Delete { manager, instance } => self.delete_step(plan, node, manager, instance),
@@ -336,6 +349,7 @@ impl World {
         connector.properties.clone_from(&spec.properties);
         source.by_hand.disconnected.remove(&spec.name);
         source.connectors.push(connector);
+        self.bind(&spec.name, &spec.source, &spec.target.port, &target);
         Ok(())
     }
 

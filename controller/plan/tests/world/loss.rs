@@ -38,7 +38,8 @@ impl World {
             | Work::Activate { instance, .. }
             | Work::Configure { instance, .. }
             | Work::Reset { instance, .. }
-            | Work::Disconnect { instance, .. } => acted(instance),
+            | Work::Disconnect { instance, .. }
+            | Work::Unbind { instance, .. } => acted(instance),
             _ => false,
         }
     }

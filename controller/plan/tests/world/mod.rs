@@ -4,6 +4,7 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
+pub mod bindings;
 pub mod by_hand;
 pub mod execute;
 pub mod loss;
@@ -91,7 +92,14 @@ impl World {
     /// What an agent can say: nothing of what is in a manager that has never answered it.
     fn seen(&self, inventory: &Inventory) -> Inventory {
         let mut inventory = inventory.clone();
+        let connected = self.connected_ends();
         for manager in &mut inventory.managers {
+            for component in &mut manager.components {
+                for binding in &mut component.bindings {
+                    let end = (binding.connector.clone(), component.incarnation.clone());
+                    binding.connected = connected.contains(&end);
+                }
+            }
             if !manager.responsive && self.unseen.contains(&manager.incarnation) {
                 manager.unseen = true;
                 manager.modules.clear();
@@ -296,6 +304,7 @@ impl World {
             executions: 0,
             ports: Vec::new(),
             connectors: Vec::new(),
+            bindings: Vec::new(),
             by_hand: rts_plan::observed::ByHand::default(),
         }
     }

@@ -179,6 +179,7 @@ fn change(state: &mut State, step: &Step) {
             executions: 0,
             ports: Vec::new(),
             connectors: Vec::new(),
+            bindings: Vec::new(),
             by_hand: rts_plan::observed::ByHand::default(),
         }),
         Work::Configure {
@@ -248,6 +249,14 @@ fn change(state: &mut State, step: &Step) {
         } => {
             let component = component(state, &manager, &instance);
             component.connectors.retain(|c| c.name != connector);
+        }
+        Work::Unbind {
+            manager,
+            instance,
+            connector,
+        } => {
+            let component = component(state, &manager, &instance);
+            component.bindings.retain(|b| b.connector != connector);
         }
         Work::Delete { manager, instance } => {
             at(state, &manager)

@@ -27,6 +27,7 @@ fn component(incarnation: &str, state: &str, received: u64, gaps: u64) -> Compon
     info.bindings.push(BindingInfo {
         connector: "k".to_owned(),
         port: "in".to_owned(),
+        source: None,
         connected: true,
         samples_received: received,
         drops: 0,

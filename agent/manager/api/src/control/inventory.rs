@@ -170,6 +170,9 @@ pub struct BindingInfo {
     pub connector: String,
     /// In-port.
     pub port: String,
+    /// Who may connect, as `Instance.port`; none from a manager that does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
     /// A source is connected.
     pub connected: bool,
     /// Samples that the component has read.

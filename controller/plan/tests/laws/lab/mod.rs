@@ -39,6 +39,8 @@ pub enum Event {
     Error(usize),
     Inactive(usize),
     Connector(usize, ConnectorState),
+    /// An in-port end is found without a source.
+    LeftEnd(usize, bool),
     ByHand(usize, &'static str, bool),
     SilentNode(usize),
     SilentManager(usize),
@@ -101,6 +103,7 @@ fn event() -> impl Strategy<Value = Event> {
         1 => (0..9usize).prop_map(Event::Error),
         1 => (0..9usize).prop_map(Event::Inactive),
         1 => (0..9usize, state).prop_map(|(nth, state)| Event::Connector(nth, state)),
+        2 => (0..9usize, any::<bool>()).prop_map(|(nth, other)| Event::LeftEnd(nth, other)),
         1 => (0..9usize, prop_oneof![Just("C0"), Just("H0")], any::<bool>())
             .prop_map(|(nth, name, own)| Event::ByHand(nth, name, own)),
         1 => (0..3usize).prop_map(Event::SilentNode),
@@ -213,6 +216,7 @@ impl Lab {
                     connector.state = *state;
                 }
             }
+            Event::LeftEnd(nth, of_another) => world.leave_end(*nth, *of_another),
             Event::ByHand(nth, name, own) => world.create_by_hand(*nth, name, *own),
             Event::SilentNode(nth) => drop(world.silent.insert(NODES[*nth].to_owned())),
             Event::SilentManager(nth) => {
@@ -270,6 +274,7 @@ impl Lab {
         for _ in 0..8 {
             let plan = self.plan();
             if plan.steps.is_empty() {
+                prop_assert_eq!(self.world.left_ends(), []);
                 return Ok(());
             }
             self.run(&plan, None)?;

@@ -33,6 +33,9 @@ pub fn shape(world: &World) -> BTreeMap<(String, ManagerKey), String> {
                 connector.target_incarnation.clear();
                 connector.by_hand = None;
             }
+            component
+                .bindings
+                .sort_by(|a, b| a.connector.cmp(&b.connector));
             if !written(&component.instance) {
                 component.rate = 0.0;
             }
