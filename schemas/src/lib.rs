@@ -17,3 +17,4 @@ pub mod system;
 pub mod target;
 pub mod xml;
 pub mod yaml;
+pub mod yaml_type;
