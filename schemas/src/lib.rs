@@ -6,6 +6,7 @@ pub mod check;
 pub mod codes;
 pub mod diagnostic;
 pub mod form;
+pub mod json_schema;
 pub mod names;
 pub mod overlay;
 pub mod placement;

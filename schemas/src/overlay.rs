@@ -100,14 +100,18 @@ pub fn lay(spec: &mut SystemSpec, overlay: &Overlay, places: &mut Places) -> Rep
                 let path: Vec<&str> = leaf.path.iter().map(String::as_str).collect();
                 let pointer = format!("/components/{index}/{}", placement::pointer(&path));
                 let place = overlay.place(leaf.span);
-                place.into_iter().for_each(|place| places.put(pointer.clone(), place));
+                place
+                    .into_iter()
+                    .for_each(|place| places.put(pointer.clone(), place));
             }
         }
     }
     configuration::check_active(spec, said, &mut faults);
     order::add(spec, said, &mut faults, |pointer, span| {
         let place = overlay.place(span);
-        place.into_iter().for_each(|place| places.put(pointer.clone(), place));
+        place
+            .into_iter()
+            .for_each(|place| places.put(pointer.clone(), place));
     });
     warn::not_carried_out(said, &mut faults);
     let mut report = faults.into_report(|span| overlay.place(span));

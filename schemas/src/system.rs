@@ -525,6 +525,8 @@ pub enum WaitFor {
         /// SYNC waits for the state, the others for the request.
         timing: SendingTiming,
         /// Milliseconds; 0 means "no time-out of its own".
+        // Said here too: the schema of the API does not know `rename_all_fields`.
+        #[serde(rename = "timeoutMs")]
         timeout_ms: u32,
         /// Instance names.
         components: Vec<String>,

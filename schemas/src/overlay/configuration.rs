@@ -24,7 +24,11 @@ pub(super) fn check_before(spec: &SystemSpec, chosen: &Chosen<'_>, faults: &mut 
     unknown.tell(faults);
 }
 
-fn check<'a>(component: &'a ComponentSpec, said: &'a ConfigurationSettings, unknown: &mut Unknown<'a>) {
+fn check<'a>(
+    component: &'a ComponentSpec,
+    said: &'a ConfigurationSettings,
+    unknown: &mut Unknown<'a>,
+) {
     let sets = &component.configuration.sets;
     // A profile without sets says nothing of what the component knows.
     let Some(map) = said.sets.get().filter(|_| !sets.is_empty()) else {
@@ -46,7 +50,9 @@ fn check<'a>(component: &'a ComponentSpec, said: &'a ConfigurationSettings, unkn
 
 /// Sets and parameters that are not there, each with the first component without it.
 #[derive(Default)]
-struct Unknown<'a>(BTreeMap<(usize, &'a str), (&'a Text, Option<&'a Text>, &'a ComponentSpec, usize)>);
+struct Unknown<'a>(
+    BTreeMap<(usize, &'a str), (&'a Text, Option<&'a Text>, &'a ComponentSpec, usize)>,
+);
 
 impl<'a> Unknown<'a> {
     fn add(&mut self, name: &'a Text, set: Option<&'a Text>, component: &'a ComponentSpec) {
@@ -63,31 +69,32 @@ impl<'a> Unknown<'a> {
                 count => format!(" (nor {} more)", count - 1),
             };
             let instance = &component.instance;
-            let finding = match set {
-                None => {
-                    let known: Vec<&str> = sets.keys().map(String::as_str).collect();
-                    let message = format!(
-                        "`{instance}` has no configuration set `{}`{others}",
-                        name.trimmed()
-                    );
-                    Finding::warning("unknown-configuration-set", message)
-                        .help(suggest::advice(name.trimmed(), "sets", &known))
-                }
-                Some(set) => {
-                    let known = sets.get(set.trimmed()).into_iter().flat_map(BTreeMap::keys);
-                    let known: Vec<&str> = known.map(String::as_str).collect();
-                    let message = format!(
-                        "set `{}` of `{instance}` has no parameter `{}`{others}",
-                        set.trimmed(),
-                        name.trimmed()
-                    );
-                    let help = match known.is_empty() {
-                        true => "the profile has no parameter in this set".to_owned(),
-                        false => suggest::advice(name.trimmed(), "parameters", &known),
-                    };
-                    Finding::warning("unknown-parameter", message).help(help)
-                }
-            };
+            let finding =
+                match set {
+                    None => {
+                        let known: Vec<&str> = sets.keys().map(String::as_str).collect();
+                        let message = format!(
+                            "`{instance}` has no configuration set `{}`{others}",
+                            name.trimmed()
+                        );
+                        Finding::warning("unknown-configuration-set", message)
+                            .help(suggest::advice(name.trimmed(), "sets", &known))
+                    }
+                    Some(set) => {
+                        let known = sets.get(set.trimmed()).into_iter().flat_map(BTreeMap::keys);
+                        let known: Vec<&str> = known.map(String::as_str).collect();
+                        let message = format!(
+                            "set `{}` of `{instance}` has no parameter `{}`{others}",
+                            set.trimmed(),
+                            name.trimmed()
+                        );
+                        let help = match known.is_empty() {
+                            true => "the profile has no parameter in this set".to_owned(),
+                            false => suggest::advice(name.trimmed(), "parameters", &known),
+                        };
+                        Finding::warning("unknown-parameter", message).help(help)
+                    }
+                };
             faults.push(finding, name.span);
         }
     }
@@ -116,13 +123,20 @@ pub(super) fn check_active(spec: &SystemSpec, said: &DeploymentSpec, faults: &mu
             continue;
         }
         let instance = &component.instance;
-        let message = format!("the active configuration set `{active}` of `{instance}` is not in the profile");
+        let message = format!(
+            "the active configuration set `{active}` of `{instance}` is not in the profile"
+        );
         let known: Vec<&str> = sets.keys().map(String::as_str).collect();
         let help = match known.is_empty() {
-            true => "the profile has no set of it; the component must know the set itself".to_owned(),
+            true => {
+                "the profile has no set of it; the component must know the set itself".to_owned()
+            }
             false => suggest::advice(active, "sets", &known),
         };
         seen.push(*span);
-        faults.push(Finding::warning("unknown-configuration-set", message).help(help), *span);
+        faults.push(
+            Finding::warning("unknown-configuration-set", message).help(help),
+            *span,
+        );
     }
 }

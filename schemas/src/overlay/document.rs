@@ -160,7 +160,8 @@ impl Scalar for Selector {
 }
 
 impl Scalar for WaitTime {
-    const EXPECTED: &'static str = "a time from 1 ms to 24 h with its unit, such as `500ms` or `2s`";
+    const EXPECTED: &'static str =
+        "a time from 1 ms to 24 h with its unit, such as `500ms` or `2s`";
 
     fn parse(text: &str) -> Option<Self> {
         const DAY: u64 = 24 * 60 * 60 * 1000;

@@ -33,7 +33,10 @@ pub(super) fn add(
             if pairs > PAIRS {
                 let message = format!("the rules of `{name}` make more than {PAIRS} pairs");
                 let help = "name the components that matter, or use narrower globs";
-                faults.push(Finding::error("too-many-entries", message).help(help), *span);
+                faults.push(
+                    Finding::error("too-many-entries", message).help(help),
+                    *span,
+                );
                 break;
             }
             for condition in conditions {
@@ -44,7 +47,11 @@ pub(super) fn add(
     }
 }
 
-type Listed<'a> = (&'static str, &'a Setting<List<Rule>>, &'a mut Vec<Condition>);
+type Listed<'a> = (
+    &'static str,
+    &'a Setting<List<Rule>>,
+    &'a mut Vec<Condition>,
+);
 
 fn lists<'a>(order: &'a Order, onto: &'a mut Orders) -> [Listed<'a>; 7] {
     [

@@ -87,7 +87,9 @@ impl<'a> Names<'a> {
         }
         let glob = WildMatch::new(selector);
         let fitting = self.0.iter().filter(|(name, _)| glob.matches(name));
-        let mut found: Vec<usize> = fitting.flat_map(|(_, found)| found.iter().copied()).collect();
+        let mut found: Vec<usize> = fitting
+            .flat_map(|(_, found)| found.iter().copied())
+            .collect();
         found.sort_unstable();
         found
     }
@@ -150,11 +152,21 @@ fn too_many(span: Span, faults: &mut Faults) {
 }
 
 /// The components of each host, and the node that is said for it.
-fn hosts<'a>(spec: &SystemSpec, hosts: &Map<crate::placement::NodeName>, faults: &mut Faults) -> Vec<Chosen<'a>> {
+fn hosts<'a>(
+    spec: &SystemSpec,
+    hosts: &Map<crate::placement::NodeName>,
+    faults: &mut Faults,
+) -> Vec<Chosen<'a>> {
     let lower: Vec<Option<String>> = spec
         .components
         .iter()
-        .map(|component| component.placement.host.as_ref().map(|host| host.to_lowercase()))
+        .map(|component| {
+            component
+                .placement
+                .host
+                .as_ref()
+                .map(|host| host.to_lowercase())
+        })
         .collect();
     let names = Names::of(lower.iter().map(|host| host.as_deref().unwrap_or_default()));
     let mut chosen = Vec::new();
@@ -181,10 +193,18 @@ fn hosts<'a>(spec: &SystemSpec, hosts: &Map<crate::placement::NodeName>, faults:
 
 fn unknown_host(host: &Text, names: &Names<'_>) -> Finding {
     let message = format!("the profile names no host `{}`", host.trimmed());
-    let mut known: Vec<&str> = names.0.keys().copied().filter(|name| !name.is_empty()).collect();
+    let mut known: Vec<&str> = names
+        .0
+        .keys()
+        .copied()
+        .filter(|name| !name.is_empty())
+        .collect();
     known.sort_unstable();
     let help = match known.is_empty() {
-        true => "it names no host but this machine; `defaults: { node: … }` places all its components".to_owned(),
+        true => {
+            "it names no host but this machine; `defaults: { node: … }` places all its components"
+                .to_owned()
+        }
         false => suggest::advice(host.trimmed(), "hosts", &known),
     };
     Finding::warning("unmatched-selector", message).help(help)

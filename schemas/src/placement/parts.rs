@@ -111,4 +111,13 @@ mod tests {
         let path = ["configuration", "sets", "a/b", "~x"];
         assert_eq!(pointer(&path), "configuration/sets/a~1b/~0x");
     }
+
+    /// So an older program can read it, and its digest is what it was.
+    #[test]
+    fn what_is_not_said_is_not_written() {
+        let json = serde_json::to_value(ComponentSpec::default()).unwrap();
+        for key in ["package", "standIn", "resources"] {
+            assert_eq!(json.get(key), None);
+        }
+    }
 }

@@ -203,9 +203,9 @@ impl Scalar for PackageName {
 
     fn parse(text: &str) -> Option<Self> {
         let fits = (1..=128).contains(&text.len())
-            && text
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+' | '@' | '/'))
+            && text.chars().all(|c| {
+                c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+' | '@' | '/')
+            })
             && text.starts_with(|c: char| c.is_ascii_alphanumeric());
         fits.then(|| Self(text.to_owned()))
     }
@@ -291,7 +291,9 @@ impl Scalar for Priority {
 
     fn parse(text: &str) -> Option<Self> {
         let parsed = text.parse().ok();
-        parsed.filter(|priority| (1..=99).contains(priority)).map(Self)
+        parsed
+            .filter(|priority| (1..=99).contains(priority))
+            .map(Self)
     }
 
     fn spelled(&self) -> String {
@@ -308,7 +310,8 @@ impl Scalar for Priority {
 }
 
 impl Scalar for MemoryLimit {
-    const EXPECTED: &'static str = "a size from 1 MiB to 1 PiB with its unit, such as `256MiB` or `2GiB`";
+    const EXPECTED: &'static str =
+        "a size from 1 MiB to 1 PiB with its unit, such as `256MiB` or `2GiB`";
 
     fn parse(text: &str) -> Option<Self> {
         let unit = text.ends_with(|c: char| c.is_ascii_alphabetic());
@@ -317,7 +320,12 @@ impl Scalar for MemoryLimit {
     }
 
     fn spelled(&self) -> String {
-        let units = [("TiB", 1 << 40), ("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10)];
+        let units = [
+            ("TiB", 1 << 40),
+            ("GiB", 1 << 30),
+            ("MiB", 1 << 20),
+            ("KiB", 1 << 10),
+        ];
         in_largest(self.0, &units, "B")
     }
 
@@ -381,11 +389,27 @@ macro_rules! scalar_of_words {
     )*};
 }
 
-words!(RestartPolicy, "`always`, `on-failure` or `never`", [Always, OnFailure, Never]);
+words!(
+    RestartPolicy,
+    "`always`, `on-failure` or `never`",
+    [Always, OnFailure, Never]
+);
 words!(OnHang, "`report` or `restart`", [Report, Restart]);
-words!(OnDisconnect, "`keep`, `deactivate` or `stop`", [Keep, Deactivate, Stop]);
-words!(DriftPolicy, "`repair`, `ignore` or `adopt`", [Repair, Ignore, Adopt]);
-words!(StandIn, "`never`, `missing` or `always`; `true` is `always`", [Never, Missing, Always]);
+words!(
+    OnDisconnect,
+    "`keep`, `deactivate` or `stop`",
+    [Keep, Deactivate, Stop]
+);
+words!(
+    DriftPolicy,
+    "`repair`, `ignore` or `adopt`",
+    [Repair, Ignore, Adopt]
+);
+words!(
+    StandIn,
+    "`never`, `missing` or `always`; `true` is `always`",
+    [Never, Missing, Always]
+);
 scalar_of_words!(OnHang, OnDisconnect, DriftPolicy);
 
 impl Scalar for RestartPolicy {

@@ -56,7 +56,8 @@ impl<T: YamlType> YamlType for Map<T> {
                 faults.push(Finding::error("bad-name", message).help(help), name.span);
                 continue;
             }
-            map.0.push((name.clone(), Setting::read(name, value, faults)));
+            map.0
+                .push((name.clone(), Setting::read(name, value, faults)));
         }
         Some(map)
     }

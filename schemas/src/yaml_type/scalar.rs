@@ -47,7 +47,11 @@ impl<T: Scalar> YamlType for T {
             faults.wrong_shape(&format!("`{key}`"), "takes a plain value", node, &help);
             return None;
         };
-        let spelled = if T::BLANKS { &text.value } else { text.trimmed() };
+        let spelled = if T::BLANKS {
+            &text.value
+        } else {
+            text.trimmed()
+        };
         let value = T::parse(spelled);
         if value.is_none() {
             faults.push(T::fault(key, spelled), text.span);

@@ -43,7 +43,8 @@ impl Object {
         });
         if let Some(prefix) = prefix {
             let pattern = format!("^{}", prefix.replace('.', "\\."));
-            let old = json!({"deprecated": true, "description": "The same key without the prefix."});
+            let old =
+                json!({"deprecated": true, "description": "The same key without the prefix."});
             value["patternProperties"] = json!({pattern: old});
         }
         Self { value }

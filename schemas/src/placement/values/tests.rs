@@ -22,7 +22,16 @@ fn times_have_a_unit_and_bounds() {
     ];
     assert_eq!(read, expected.map(Some));
     refused::<Time>(&[
-        "", "10", "99ms", "0s", "-10s", "24h1ms", "1d", "1y", "ten", "99999999999999h",
+        "",
+        "10",
+        "99ms",
+        "0s",
+        "-10s",
+        "24h1ms",
+        "1d",
+        "1y",
+        "ten",
+        "99999999999999h",
     ]);
 }
 
@@ -57,14 +66,22 @@ fn processors_are_listed_in_order() {
     let listed = ["2-3", "5, 2 - 3", "3,2,1", "0", "0-3,2-7,9", "7-7"].map(read::<Cpus>);
     let expected = ["2-3", "2-3,5", "1-3", "0", "0-7,9", "7"];
     assert_eq!(listed, expected.map(|text| Some(text.to_owned())));
-    refused::<Cpus>(&["", ",", "3-2", "1-", "-1", "+1", "1024", "0-1024", "all", "1;2"]);
+    refused::<Cpus>(&[
+        "", ",", "3-2", "1-", "-1", "+1", "1024", "0-1024", "all", "1;2",
+    ]);
 }
 
 #[test]
 fn numbers_are_whole_and_have_bounds() {
-    assert_eq!(["1", "1000"].map(read::<RestartLimit>).map(|r| r.is_some()), [true; 2]);
+    assert_eq!(
+        ["1", "1000"].map(read::<RestartLimit>).map(|r| r.is_some()),
+        [true; 2]
+    );
     refused::<RestartLimit>(&["", "0", "1001", "-1", "1.5", "many", "99999999999"]);
-    assert_eq!(["1", "99"].map(read::<Priority>).map(|r| r.is_some()), [true; 2]);
+    assert_eq!(
+        ["1", "99"].map(read::<Priority>).map(|r| r.is_some()),
+        [true; 2]
+    );
     refused::<Priority>(&["", "0", "100", "-1", "1.5", "high"]);
 }
 
@@ -80,13 +97,20 @@ fn words_are_read_in_any_case() {
     let restart = ["OnFailure", "on-failure"].map(read::<RestartPolicy>);
     assert_eq!(restart, [(); 2].map(|()| Some("on-failure".to_owned())));
     let stand_in = ["true", "Missing", "0"].map(read::<StandIn>);
-    assert_eq!(stand_in, ["always", "missing", "never"].map(|word| Some(word.to_owned())));
+    assert_eq!(
+        stand_in,
+        ["always", "missing", "never"].map(|word| Some(word.to_owned()))
+    );
 }
 
 #[test]
 fn packages_and_versions_are_plain() {
     for name in ["sine", "openrtm.org/sine_source", "@lab/arm-1.2", "ros+x"] {
-        assert_eq!(read::<PackageName>(name).is_some(), !name.starts_with('@'), "{name}");
+        assert_eq!(
+            read::<PackageName>(name).is_some(),
+            !name.starts_with('@'),
+            "{name}"
+        );
     }
     refused::<PackageName>(&["", "a b", "../x", "a\nb", "ü"]);
     for version in ["1.2", "1.2.0-rc.1+5", ">=1.2, <2", "^1", "2:1.0~rc1", "*"] {
