@@ -7,7 +7,8 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, completion, conf, connect, controller, deactivate, describe, diff, disconnect,
-    docs, down, events, explain, export, get, logs, manager, plan, reset, teardown, up, version,
+    docs, down, events, explain, export, get, logs, manager, plan, reset, schema, teardown, up,
+    version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -117,6 +118,7 @@ pub enum Command {
     Manager(manager::Command),
     #[command(subcommand)]
     Controller(controller::Command),
+    Schema(schema::Args),
     Completion(completion::Args),
     Version(version::Args),
     #[command(hide = true)]
@@ -129,6 +131,7 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         // These need no home.
         Command::Completion(args) => completion::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
+        Command::Schema(args) => schema::run(&args, out),
         command => match Session::new(&cli.globals, *out) {
             Ok(session) => return within(command, &session),
             Err(e) => Err(e),
@@ -179,5 +182,6 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Completion(args) => completion::run(&args, &session.out),
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),
+        Command::Schema(args) => schema::run(&args, &session.out),
     }
 }

@@ -16,6 +16,10 @@ fuzz_target!(|bytes: &[u8]| {
             // A refused value changes nothing, so the system stays sound whatever the overlay says.
             assert_eq!(check::spec(&spec), Report::default());
             report.findings.iter().for_each(|finding| drop(render(finding)));
+            // What is written says the same.
+            let text = overlay::write(&overlay.deployment);
+            let again = overlay::read("again.yaml", text.as_bytes()).expect("what is written is right");
+            assert_eq!(overlay::write(&again.deployment), text);
         }
         Err(report) => assert!(report.has_errors()),
     }

@@ -11,8 +11,8 @@ mod write;
 pub use crate::form::Format;
 pub use lower::{LowerOptions, Places, lower};
 pub(crate) use lower::{
-    NAME_KEY, TYPE_KEY, data_type_of, direction_of, execution_kind, is_pseudo_set, is_reversed,
-    normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
+    NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind, is_pseudo_set,
+    is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
 };
 pub use write::{WriteOptions, sayable, write};
 
@@ -192,9 +192,9 @@ pub fn load_with_places(
         debug_assert!(report.has_errors());
         return Err(report);
     };
-    let places = lower::places(&read, &spec);
+    let mut places = lower::places(&read, &spec);
     for overlay in overlays {
-        report.extend(overlay::apply(&mut spec, overlay));
+        report.extend(overlay::lay(&mut spec, overlay, &mut places));
     }
     if report.has_errors() {
         Err(report)

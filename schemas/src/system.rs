@@ -69,6 +69,35 @@ pub struct ComponentSpec {
     /// What happens when it fails or loses a peer.
     #[serde(default)]
     pub policy: Policy,
+    /// The package that brings its module.
+    #[serde(default, skip_serializing_if = "Package::is_default")]
+    pub package: Package,
+    /// Whether a stand-in takes its place (`rtsctl.standIn`).
+    #[serde(default, skip_serializing_if = "StandIn::is_default")]
+    pub stand_in: StandIn,
+    /// What it may use of its node.
+    #[serde(default, skip_serializing_if = "Resources::is_default")]
+    pub resources: Resources,
+}
+
+impl Default for ComponentSpec {
+    /// A required component without a name.
+    fn default() -> Self {
+        Self {
+            instance: String::new(),
+            type_name: String::new(),
+            full_id: String::new(),
+            required: true,
+            ports: Vec::new(),
+            configuration: Configuration::default(),
+            execution_context: ExecutionContextSpec::default(),
+            placement: Placement::default(),
+            policy: Policy::default(),
+            package: Package::default(),
+            stand_in: StandIn::default(),
+            resources: Resources::default(),
+        }
+    }
 }
 
 /// A declared port.
@@ -212,6 +241,76 @@ pub struct Policy {
     /// When a person changed it, or a connector of its out-ports, by hand (`rtsctl.drift`).
     #[serde(default, skip_serializing_if = "DriftPolicy::is_default")]
     pub drift: DriftPolicy,
+}
+
+/// A package of modules.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Package {
+    /// Its name (`rtsctl.package`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The versions that will do (`rtsctl.version`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub version: Option<String>,
+}
+
+impl Package {
+    /// Left out when written, so that a program from before this field was known can read the rest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Whether a stand-in, which has the ports of a component but not its code, takes its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StandIn {
+    /// The component itself runs.
+    #[default]
+    Never,
+    /// Only when its module is not to be had.
+    Missing,
+    /// In any case.
+    Always,
+}
+
+impl StandIn {
+    /// Left out when written, so that a program from before this field was known can read the rest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// As profiles and overlays write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Never => "never",
+            Self::Missing => "missing",
+            Self::Always => "always",
+        }
+    }
+}
+
+/// What a component may use of its node.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Resources {
+    /// Processors that its execution context runs on, as cpuset(7) lists them: `2-3,5` (`rtsctl.resources.cpus`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpus: Option<String>,
+    /// SCHED_FIFO priority of its execution context, 1 to 99 (`rtsctl.resources.realtimePriority`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime_priority: Option<u8>,
+    /// Bytes that its process may have (`rtsctl.resources.memoryLimit`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory_limit_bytes: Option<u64>,
+}
+
+impl Resources {
+    /// Left out when written, so that a program from before this field was known can read the rest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// What happens when what runs was changed by hand since the system was applied.
@@ -390,13 +489,17 @@ pub struct Orders {
     pub finalizing: Vec<Condition>,
 }
 
+/// `sequence` of a condition that has no place in the sequence: it neither waits for lower numbers nor do higher ones wait
+/// for it. A number that tools with 32 bits still read, as the last of all.
+pub const NO_SEQUENCE: u32 = i32::MAX as u32;
+
 /// One `rts:targets` entry. Several conditions of one component are ANDed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct Condition {
     /// Instance name of the component that waits.
     pub target: String,
-    /// `sequence`: lower numbers go first; gaps are allowed.
+    /// `sequence`: lower numbers go first; gaps are allowed. [`NO_SEQUENCE`] for none.
     pub sequence: u32,
     /// What it waits for besides its place in the sequence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -422,6 +525,8 @@ pub enum WaitFor {
         /// SYNC waits for the state, the others for the request.
         timing: SendingTiming,
         /// Milliseconds; 0 means "no time-out of its own".
+        // Said here too: the schema of the API does not know `rename_all_fields`.
+        #[serde(rename = "timeoutMs")]
         timeout_ms: u32,
         /// Instance names.
         components: Vec<String>,

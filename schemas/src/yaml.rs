@@ -42,6 +42,12 @@ pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
     Ok(Locator::new(source.text()).node(&value))
 }
 
+/// The text of a value: keys in alphabetical order, texts quoted where they need it.
+pub fn print(value: &serde_json::Value) -> String {
+    // A JSON value is always a YAML value.
+    serde_yaml::to_string(value).unwrap_or_default()
+}
+
 fn malformed(source: &Source, error: &serde_yaml::Error) -> Box<Finding> {
     let message = error.to_string();
     let place = error.location().map(|at| {

@@ -30,6 +30,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
+        .filter(|path| path.is_file())
         .collect();
     files.sort();
     let read = |path: PathBuf| {
@@ -78,6 +79,39 @@ fn each_file_gives_its_errors() {
         let shown: Vec<String> = report.findings.iter().map(render).collect();
         insta::assert_snapshot!(name, shown.join("\n\n"));
     }
+}
+
+/// Where a code needs several files: a profile and what is laid over it. The folder's name is the code.
+#[test]
+fn each_folder_gives_its_code() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../manifests/invalid");
+    let entries = std::fs::read_dir(root).unwrap();
+    let folders = entries.map(|entry| entry.unwrap().path());
+    let mut seen = 0;
+    for folder in folders.filter(|path| path.join("overlay.yaml").is_file()) {
+        let code = folder.file_name().unwrap().to_str().unwrap();
+        let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+        let result = overlay::read("overlay.yaml", &read("overlay.yaml"))
+            .and_then(|overlay| load("system.xml", &read("system.xml"), None, &[overlay]));
+        let report = match result {
+            Ok((_, report)) => report,
+            Err(report) => report,
+        };
+        assert!(
+            report.findings.iter().any(|f| f.code == code),
+            "{code}: {report:?}"
+        );
+        for finding in &report.findings {
+            assert!(
+                finding.help.is_some() && finding.place.is_some(),
+                "{finding:?}"
+            );
+        }
+        let shown: Vec<String> = report.findings.iter().map(render).collect();
+        insta::assert_snapshot!(code, shown.join("\n\n"));
+        seen += 1;
+    }
+    assert!(seen >= 7, "{seen}");
 }
 
 #[test]

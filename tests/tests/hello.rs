@@ -93,6 +93,62 @@ fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
     stack.leaves_nothing();
 }
 
+/// Two overlays in their order, beside a profile that is not touched.
+#[test]
+fn overlays_are_laid_over_a_profile_one_after_the_other() {
+    let stack = Stack::new();
+    let [lab, bench] = ["lab", "bench"].map(|name| format!("manifests/hello/{name}.yaml"));
+    let files = ["-f", HELLO, "-f", &lab, "-f", &bench];
+    stack.expect(0, &[&["apply"], &files[..]].concat());
+    let system = stack.named("systems", "hello");
+    let policy = |index: usize| system["spec"]["components"][index]["policy"].clone();
+    let manager = |name: &str| stack.named("components", name)["status"]["manager"].clone();
+    assert_eq!(
+        manager("Printer0"),
+        "signal",
+        "no longer in its own process"
+    );
+    assert_eq!(policy(2)["restart"], "always");
+    assert_eq!(
+        manager("Filter0"),
+        "signal",
+        "as the first says, and the second leaves"
+    );
+    assert_eq!(policy(1)["restart"], "on-failure");
+    assert_eq!(policy(1)["resetOnError"], true);
+    assert_eq!(policy(1)["startTimeoutMs"], 5000);
+    let sine = stack.named("components", "Sine0");
+    let values = &sine["spec"]["configuration"]["sets"]["default"];
+    assert_eq!(
+        (&values["amplitude"], &values["frequency"]),
+        (&"1.0".into(), &"2.0".into())
+    );
+    let conf = stack.expect(0, &["conf", "Sine0", "get", "frequency"]);
+    assert_eq!(conf.out.trim(), "2.0", "the component has it");
+    let plan = stack.expect(0, &[&["apply"], &files[..]].concat());
+    assert!(plan.out.contains("no changes"), "{plan:#?}");
+    stack.leaves_nothing();
+}
+
+/// A circle through an order of an overlay is shown where the overlay closes it, and nothing is started.
+#[test]
+fn a_cycle_through_an_overlay_names_its_line() {
+    let stack = Stack::new();
+    let circle = stack.write(
+        "circle.yaml",
+        "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  order:\n    activation:\n      \
+         - { component: Sine0, wait: 1ms }\n      - { component: Printer0, after: Sine0 }\n",
+    );
+    let said = stack.expect(3, &["apply", HELLO, "-f", circle.to_str().expect("a path")]);
+    assert!(said.err.contains("circle.yaml:7:9"), "{said:#?}");
+    assert!(
+        said.err.contains("a cycle of Filter0, Printer0, Sine0"),
+        "{said:#?}"
+    );
+    assert_eq!(stack.get("components").len(), 0);
+    stack.leaves_nothing();
+}
+
 #[test]
 fn the_yaml_twin_is_the_same_system() {
     let stack = Stack::new();

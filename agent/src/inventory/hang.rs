@@ -107,6 +107,7 @@ mod tests {
             execution_context: Default::default(),
             placement: Default::default(),
             policy,
+            ..ComponentSpec::default()
         };
         let placed = PlacedComponent {
             spec,

@@ -52,6 +52,7 @@ fn spec(components: &[(&str, Policy)]) -> (NodeSpec, Policies) {
             execution_context: Default::default(),
             placement: Default::default(),
             policy: policy.clone(),
+            ..ComponentSpec::default()
         },
         manager: "main".to_owned(),
         module_digest: None,

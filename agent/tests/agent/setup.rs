@@ -243,6 +243,7 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
             execution_context: Default::default(),
             placement: Default::default(),
             policy: Default::default(),
+            ..ComponentSpec::default()
         },
         manager: manager.to_owned(),
         module_digest: None,

@@ -21,6 +21,7 @@ pub mod logs;
 pub mod manager;
 pub mod plan;
 pub mod reset;
+pub mod schema;
 pub mod teardown;
 pub mod up;
 pub mod version;

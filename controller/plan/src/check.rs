@@ -1,6 +1,6 @@
 //! Finds orders that can never be obeyed, before anything is stored or stopped.
 
-use rts_schemas::system::SystemSpec;
+use rts_schemas::system::{Condition, SystemSpec, WaitFor};
 
 use crate::order::{List, Member, Order, all, deleting, making};
 use crate::plan::PlanError;
@@ -18,6 +18,29 @@ pub fn check_orders(spec: &SystemSpec) -> Vec<PlanError> {
         }
     }
     errors
+}
+
+/// JSON pointer to the condition that closes a cycle (`/orders/activation/2`): of several the last one, which an overlay
+/// added if it added any.
+pub fn cycle_pointer(spec: &SystemSpec, error: &PlanError) -> String {
+    let PlanError::Cycle { order, members, .. } = error;
+    let is_member = |name: &String| members.contains(name);
+    let closes = |condition: &Condition| {
+        let before = match &condition.wait {
+            Some(WaitFor::Preceding { components, .. }) => components.iter().any(is_member),
+            _ => false,
+        };
+        before && is_member(&condition.target)
+    };
+    let mut lists = all(&spec.orders).into_iter();
+    let found = lists.find_map(|(name, list)| {
+        let spoken = order.split(" and ").any(|spoken| spoken == name.element());
+        let last = list.iter().rposition(closes).filter(|_| spoken)?;
+        let (first, rest) = name.element().split_at(1);
+        let key = format!("{}{rest}", first.to_lowercase());
+        Some(format!("/orders/{key}/{last}"))
+    });
+    found.unwrap_or_else(|| "/orders".to_owned())
 }
 
 fn cycles(spec: &SystemSpec, lists: &[List<'_>]) -> Vec<PlanError> {
@@ -41,7 +64,7 @@ mod tests {
     use rts_schemas::system::SystemSpec;
     use serde_json::json;
 
-    use super::check_orders;
+    use super::{check_orders, cycle_pointer};
 
     fn system(orders: serde_json::Value) -> SystemSpec {
         let components: Vec<_> = ["A", "B", "C", "D"]
@@ -118,5 +141,21 @@ mod tests {
     fn unknown_components_are_left_to_others() {
         let orders = json!({"activation": [after("A", 0, &["X"]), after("X", 0, &["A"])]});
         assert_eq!(errors(orders), "");
+    }
+
+    #[test]
+    fn a_cycle_is_where_its_last_condition_stands() {
+        let spec = system(json!({
+            "shutDown": [after("A", 0, &["B"])],
+            "activation": [after("A", 1, &["B"]), after("B", 2, &["A"]), after("C", 3, &["B"])],
+        }));
+        let errors = check_orders(&spec);
+        let pointers: Vec<_> = errors.iter().map(|e| cycle_pointer(&spec, e)).collect();
+        assert_eq!(pointers, ["/orders/activation/1"]);
+        let orders =
+            json!({"startUp": [after("A", 0, &["B"])], "initializing": [after("B", 0, &["A"])]});
+        let spec = system(orders);
+        let pointer = cycle_pointer(&spec, &check_orders(&spec)[0]);
+        assert_eq!(pointer, "/orders/startUp/0");
     }
 }

@@ -37,7 +37,7 @@ mod service;
 mod table;
 mod take_down;
 
-pub use check::check_orders;
+pub use check::{check_orders, cycle_pointer};
 pub use critical_path::{critical_path, nominal_micros};
 pub use drift::drift;
 pub use export::with_drift;

@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, EdgeIndex, NodeIndex};
-use rts_schemas::system::{Condition, Orders, SendingTiming, WaitFor};
+use rts_schemas::system::{Condition, NO_SEQUENCE, Orders, SendingTiming, WaitFor};
 
 use crate::graph::{Gate, Ix};
 use crate::index::{Facts, Id, Live};
@@ -225,8 +225,10 @@ impl<'a> Order<'a> {
             let Some(&node) = nodes.get(target) else {
                 continue;
             };
-            let level = levels.entry(target).or_insert(condition.sequence);
-            *level = condition.sequence.max(*level);
+            if condition.sequence != NO_SEQUENCE {
+                let level = levels.entry(target).or_insert(condition.sequence);
+                *level = condition.sequence.max(*level);
+            }
             match &condition.wait {
                 None => {}
                 Some(WaitFor::Time { milliseconds }) => {

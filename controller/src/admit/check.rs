@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rts_controller_api::ProblemError;
-use rts_plan::check_orders;
+use rts_plan::{check_orders, cycle_pointer};
 use rts_schemas::diagnostic::Finding;
 use rts_schemas::suggest;
 use rts_schemas::system::{ComponentSpec, ExecutionKind, PortRef, SystemSpec};
@@ -50,7 +50,7 @@ pub fn orders(spec: &SystemSpec) -> Vec<ProblemError> {
     cycles
         .take(MAX_FAULTS)
         .map(|cycle| ProblemError {
-            pointer: "/spec/orders".to_owned(),
+            pointer: format!("/spec{}", cycle_pointer(spec, &cycle)),
             code: "order-cycle".to_owned(),
             detail: cycle.to_string(),
             help: Some(

@@ -141,19 +141,15 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
 /// What a profile or overlay could not say holds for nobody else either.
 fn settings(component: &ComponentSpec, at: &str, report: &mut Pointers) {
     for (key, value) in placement::settings(component) {
-        let field = match key {
-            "node" => "placement/node",
-            "restartLimit" => "policy/restartLimit",
-            "restartWindow" => "policy/restartWindowMs",
-            "startTimeout" => "policy/startTimeoutMs",
-            "livenessTimeout" => "policy/livenessTimeoutMs",
-            // The others are words of a type, and a manager's name has its own check.
-            _ => continue,
-        };
-        if let Err(error) = placement::set(&mut component.clone(), key, &value) {
-            let message = format!("component `{}`: {error}", component.instance);
-            let finding = Finding::error(error.code(), message).help(error.help());
-            report.push(format!("{at}/{field}"), finding);
+        // A manager's name has its own check.
+        if key == "manager" {
+            continue;
+        }
+        if let Err(fault) = placement::set(&mut component.clone(), &key, &value) {
+            let path: Vec<&str> = key.split('.').collect();
+            let message = format!("component `{}`: {}", component.instance, fault.message);
+            let finding = Finding { message, ..*fault };
+            report.push(format!("{at}/{}", placement::pointer(&path)), finding);
         }
     }
 }

@@ -1,88 +1,102 @@
-//! A component's placement and policies → the keys that say them: the other way round than [`super::set`].
+//! A component → what has to be said to get it: the other way round than [`super::lay`].
 
-use crate::system::{ComponentSpec, DriftPolicy, OnDisconnect, OnHang, RestartPolicy};
+use std::collections::BTreeMap;
 
-/// The keys, without prefix, and values that a component needs beside the defaults, in the order of [`super::KEYS`].
-/// A process of its own goes before a manager's name.
-pub fn settings(component: &ComponentSpec) -> Vec<(&'static str, String)> {
+use serde_json::Value;
+
+use super::{ConfigurationSettings, ResourceSettings, Settings};
+use crate::span::{Span, Text};
+use crate::system::{ComponentSpec, Configuration, Resources};
+use crate::yaml_type::{Map, Setting, leaves_of};
+
+/// What a component needs beside the defaults. A process of its own goes before a manager's name.
+pub fn of(component: &ComponentSpec) -> Settings {
     let placement = &component.placement;
     let policy = &component.policy;
-    let manager = placement.manager.as_ref().filter(|_| !placement.isolated);
-    let word = |value: &str, default: &str| (value != default).then(|| value.to_owned());
-    let time = |ms: Option<u64>| ms.map(spelled);
-    let all = [
-        ("node", placement.node.clone()),
-        ("manager", manager.cloned()),
-        ("isolated", truth(placement.isolated)),
-        (
-            "restart",
-            word(policy.restart.as_str(), RestartPolicy::default().as_str()),
-        ),
-        ("restartLimit", policy.restart_limit.map(|n| n.to_string())),
-        ("restartWindow", time(policy.restart_window_ms)),
-        ("startTimeout", time(policy.start_timeout_ms)),
-        ("livenessTimeout", time(policy.liveness_timeout_ms)),
-        (
-            "onHang",
-            word(policy.on_hang.as_str(), OnHang::default().as_str()),
-        ),
-        (
-            "onDisconnect",
-            word(
-                policy.on_disconnect.as_str(),
-                OnDisconnect::default().as_str(),
-            ),
-        ),
-        ("resetOnError", truth(policy.reset_on_error)),
-        (
-            "drift",
-            word(policy.drift.as_str(), DriftPolicy::default().as_str()),
-        ),
-    ];
-    let said = all.into_iter();
-    said.filter_map(|(key, value)| Some((key, value?)))
+    let manager = placement.manager.clone().filter(|_| !placement.isolated);
+    Settings {
+        node: Setting::some(placement.node.clone()),
+        manager: Setting::some(manager),
+        isolated: unless_default(&placement.isolated),
+        restart: unless_default(&policy.restart),
+        restart_limit: Setting::some(policy.restart_limit),
+        restart_window: Setting::some(policy.restart_window_ms),
+        start_timeout: Setting::some(policy.start_timeout_ms),
+        liveness_timeout: Setting::some(policy.liveness_timeout_ms),
+        on_hang: unless_default(&policy.on_hang),
+        on_disconnect: unless_default(&policy.on_disconnect),
+        reset_on_error: unless_default(&policy.reset_on_error),
+        drift: unless_default(&policy.drift),
+        package: Setting::some(component.package.name.clone()),
+        version: Setting::some(component.package.version.clone()),
+        stand_in: unless_default(&component.stand_in),
+        resources: resources(&component.resources),
+        configuration: configuration(&component.configuration),
+    }
+}
+
+/// The keys of a profile, without prefix, and values that a component needs beside the defaults, in the order of the keys.
+pub fn settings(component: &ComponentSpec) -> Vec<(String, String)> {
+    let said = Settings {
+        configuration: Setting::Silent,
+        ..of(component)
+    };
+    let leaves = leaves_of(&said).into_iter();
+    leaves
+        .map(|leaf| (leaf.path.join("."), spelled(leaf.value)))
         .collect()
 }
 
-fn truth(value: bool) -> Option<String> {
-    value.then(|| "true".to_owned())
+fn spelled(value: Value) -> String {
+    match value {
+        Value::String(text) => text,
+        other => other.to_string(),
+    }
 }
 
-/// Milliseconds in the largest unit that leaves a whole number.
-fn spelled(ms: u64) -> String {
-    let units = [("h", 3_600_000), ("m", 60_000), ("s", 1000)];
-    let whole = units
-        .iter()
-        .find(|(_, unit)| ms > 0 && ms.is_multiple_of(*unit));
-    match whole {
-        Some((name, unit)) => format!("{}{name}", ms / unit),
-        None => format!("{ms}ms"),
+fn unless_default<T: Clone + Default + PartialEq>(value: &T) -> Setting<T> {
+    match *value == T::default() {
+        true => Setting::Silent,
+        false => Setting::said(value.clone()),
     }
+}
+
+fn resources(resources: &Resources) -> Setting<ResourceSettings> {
+    let said = ResourceSettings {
+        cpus: Setting::some(resources.cpus.clone()),
+        realtime_priority: Setting::some(resources.realtime_priority),
+        memory_limit: Setting::some(resources.memory_limit_bytes),
+    };
+    unless_default(&said)
+}
+
+fn configuration(configuration: &Configuration) -> Setting<ConfigurationSettings> {
+    let key = |name: &str| Text::new(name, Span::default());
+    let values = |values: &BTreeMap<String, String>| {
+        let values = values.iter();
+        Map(values
+            .map(|(name, value)| (key(name), Setting::said(value.clone())))
+            .collect())
+    };
+    let sets = configuration.sets.iter();
+    let sets = Map(sets
+        .map(|(name, set)| (key(name), Setting::said(values(set))))
+        .collect());
+    let said = ConfigurationSettings {
+        active: Setting::some(configuration.active.clone()),
+        sets: unless_default(&sets),
+    };
+    unless_default(&said)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::placement::{KEYS, set};
-    use crate::system::{Configuration, ExecutionContextSpec, Placement, Policy};
-
-    fn component() -> ComponentSpec {
-        ComponentSpec {
-            instance: "Sine0".to_owned(),
-            type_name: "Sine".to_owned(),
-            full_id: String::new(),
-            required: true,
-            ports: Vec::new(),
-            configuration: Configuration::default(),
-            execution_context: ExecutionContextSpec::default(),
-            placement: Placement::default(),
-            policy: Policy::default(),
-        }
-    }
+    use crate::placement::{keys, set};
 
     #[test]
     fn what_is_default_is_not_said() {
-        assert_eq!(settings(&component()), []);
+        assert_eq!(settings(&ComponentSpec::default()), []);
     }
 
     #[test]
@@ -100,13 +114,19 @@ mod tests {
             ("onDisconnect", "stop"),
             ("resetOnError", "true"),
             ("drift", "adopt"),
+            ("package", "openrtm/sine"),
+            ("version", ">=1.2, <2"),
+            ("standIn", "missing"),
+            ("resources.cpus", "2-3,5"),
+            ("resources.realtimePriority", "50"),
+            ("resources.memoryLimit", "256MiB"),
         ];
-        assert_eq!(values.map(|(key, _)| key), KEYS);
-        let mut all = component();
+        assert_eq!(values.map(|(key, _)| key.to_owned()).as_slice(), keys());
+        let mut all = ComponentSpec::default();
         for (key, value) in values {
-            let mut one = component();
+            let mut one = ComponentSpec::default();
             set(&mut one, key, value).unwrap();
-            assert_eq!(settings(&one), [(key, value.to_owned())]);
+            assert_eq!(settings(&one), [(key.to_owned(), value.to_owned())]);
             set(&mut all, key, value).unwrap();
         }
         // A manager's name says nothing beside a process of its own.
@@ -114,14 +134,8 @@ mod tests {
         let said = settings(&all);
         assert!(
             said.iter()
-                .map(|(key, value)| (*key, value.as_str()))
+                .map(|(key, value)| (key.as_str(), value.as_str()))
                 .eq(expected.into_iter().copied())
         );
-    }
-
-    #[test]
-    fn times_are_spelled_in_their_unit() {
-        let spelled = [100, 1500, 90_000, 600_000, 3_600_000, 0].map(spelled);
-        assert_eq!(spelled, ["100ms", "1500ms", "90s", "10m", "1h", "0ms"]);
     }
 }

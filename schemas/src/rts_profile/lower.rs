@@ -19,7 +19,7 @@ pub(crate) use connector::{
 };
 pub(crate) use order::{parse_timing, parse_whole};
 pub use places::Places;
-pub(crate) use places::places;
+pub(crate) use places::{escaped, places};
 
 /// The property that names a system or connector otherwise than its id or ends would.
 pub(crate) const NAME_KEY: &str = "rtsctl.name";

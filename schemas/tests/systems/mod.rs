@@ -8,8 +8,9 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use rts_schemas::system::{
     ComponentSpec, Condition, Configuration, ConnectorSpec, Direction, DriftPolicy,
-    ExecutionContextSpec, ExecutionKind, OnDisconnect, OnHang, Orders, Placement, Policy, PortKind,
-    PortRef, PortSpec, RestartPolicy, SendingTiming, SystemSpec, WaitFor,
+    ExecutionContextSpec, ExecutionKind, OnDisconnect, OnHang, Orders, Package, Placement, Policy,
+    PortKind, PortRef, PortSpec, Resources, RestartPolicy, SendingTiming, StandIn, SystemSpec,
+    WaitFor,
 };
 
 /// Any text that XML can hold, blanks and line ends at its ends too.
@@ -204,11 +205,12 @@ fn component(instance: String) -> impl Strategy<Value = ComponentSpec> {
         ports(),
         configuration(),
         execution_context(),
-        placement(),
-        policy(),
+        (placement(), policy()),
+        kept(),
     )
         .prop_map(
-            move |(id, required, ports, configuration, context, placement, policy)| {
+            move |(id, required, ports, configuration, context, (placement, policy), kept)| {
+                let (package, stand_in, resources) = kept;
                 let (type_name, form) = id;
                 let full_id = match form {
                     0 => String::new(),
@@ -226,9 +228,39 @@ fn component(instance: String) -> impl Strategy<Value = ComponentSpec> {
                     execution_context: context,
                     placement,
                     policy,
+                    package,
+                    stand_in,
+                    resources,
                 }
             },
         )
+}
+
+/// What is kept, though nothing is done with it.
+fn kept() -> impl Strategy<Value = (Package, StandIn, Resources)> {
+    let package = (
+        option::of("[a-z]{1,9}"),
+        option::of(select(vec!["1.2", ">=1, <2"])),
+    );
+    let stand_in = select(vec![StandIn::Never, StandIn::Missing, StandIn::Always]);
+    let resources = (
+        option::of(select(vec!["0", "2-3", "0-1,5"])),
+        option::of(1..=99u8),
+        option::of(1u64 << 20..1 << 50),
+    );
+    (package, stand_in, resources).prop_map(|((name, version), stand_in, resources)| {
+        let (cpus, realtime_priority, memory_limit_bytes) = resources;
+        let package = Package {
+            name,
+            version: version.map(str::to_owned),
+        };
+        let resources = Resources {
+            cpus: cpus.map(str::to_owned),
+            realtime_priority,
+            memory_limit_bytes,
+        };
+        (package, stand_in, resources)
+    })
 }
 
 type Choice = prop::sample::Index;

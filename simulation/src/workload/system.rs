@@ -54,6 +54,7 @@ pub(super) fn component(stream: &Stream, instance: &str, nodes: usize) -> Compon
             isolated,
         },
         policy: policy(stream),
+        ..ComponentSpec::default()
     }
 }
 

@@ -139,6 +139,7 @@ pub fn node_spec_with(policy: &Policy) -> NodeSpecEnvelope {
             execution_context: Default::default(),
             placement: Default::default(),
             policy: policy.clone(),
+            ..ComponentSpec::default()
         },
         manager: manager.to_owned(),
         module_digest: None,

@@ -113,6 +113,7 @@ fn component(number: usize) -> ComponentSpec {
             ..Placement::default()
         },
         policy: Policy::default(),
+        ..ComponentSpec::default()
     }
 }
 

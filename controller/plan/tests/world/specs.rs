@@ -25,6 +25,7 @@ pub fn component(instance: &str, type_name: &str) -> ComponentSpec {
         execution_context: ExecutionContextSpec::default(),
         placement: Placement::default(),
         policy: Policy::default(),
+        ..ComponentSpec::default()
     }
 }
 

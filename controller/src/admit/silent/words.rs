@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rts_plan::target;
 use rts_schemas::system::{
-    ComponentSpec, Condition, ConnectorSpec, DriftPolicy, LIVENESS_TIMEOUT_MS, OnHang,
+    ComponentSpec, Condition, ConnectorSpec, DriftPolicy, LIVENESS_TIMEOUT_MS, NO_SEQUENCE, OnHang,
     RESTART_WINDOW_MS, START_TIMEOUT_MS, SendingTiming, SystemSpec, WaitFor,
 };
 use serde_json::Value;
@@ -161,5 +161,9 @@ fn condition(condition: &Condition) -> String {
             format!(" {timing} {}{limit}", components.join("+"))
         }
     };
-    format!("{target} {sequence}{wait}")
+    let number = match *sequence {
+        NO_SEQUENCE => String::new(),
+        number => format!(" {number}"),
+    };
+    format!("{target}{number}{wait}")
 }

@@ -19,6 +19,7 @@ pub fn component(instance: &str, type_name: &str) -> ComponentSpec {
         },
         placement: Placement::default(),
         policy: Policy::default(),
+        ..ComponentSpec::default()
     }
 }
 

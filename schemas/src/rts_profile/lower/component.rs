@@ -6,17 +6,18 @@ use std::net::IpAddr;
 use super::TYPE_KEY;
 use super::connector::{data_type_of, direction_of};
 use super::managers::{Managers, endpoint};
-use crate::diagnostic::{Finding, Report};
+use crate::diagnostic::Report;
 use crate::names;
 use crate::placement::{self, PREFIX, parse_bool};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::ior::Endpoint;
-use crate::rts_profile::model::{Component, property_value};
+use crate::rts_profile::model::{Component, Property, property_value};
 use crate::span::Text;
 use crate::system::{
     ComponentSpec, Configuration, ExecutionContextSpec, ExecutionKind, Placement, Policy, PortKind,
     PortSpec, rate_problem,
 };
+use crate::yaml_type::Faults;
 
 pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<ComponentSpec> {
     let managers = Managers::of(&read.profile.components);
@@ -46,6 +47,7 @@ pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<Compone
                     ..Placement::default()
                 },
                 policy: Policy::default(),
+                ..ComponentSpec::default()
             };
             placement_keys(read, component, &mut spec, report);
             Some(spec)
@@ -201,22 +203,21 @@ fn placement_keys(
         let key = name.trimmed().strip_prefix(PREFIX)?;
         (name.trimmed() != TYPE_KEY).then_some((key, name, property))
     });
-    // `isolated` last: it beats a manager's name, whichever stands first.
-    let (isolated, others): (Vec<_>, Vec<_>) = keys.partition(|(key, _, _)| *key == "isolated");
-    for (key, name, property) in others.into_iter().chain(isolated) {
-        let value = property.value.as_ref();
-        if let Err(error) = placement::set(spec, key, value.map_or("", |value| &value.value)) {
-            let span = match value {
-                Some(value) if error.code() == "bad-placement-value" => value.span,
-                _ => name.span,
-            };
-            report.push(
-                Finding::error(error.code(), error.to_string())
-                    .at(read.place(span))
-                    .help(error.help()),
-            );
+    let mut faults = Faults::default();
+    let read_key = |(key, name, property): (&str, &Text, &Property)| {
+        let key = Text::new(key, name.span);
+        let value = property.value.clone();
+        let value = value.unwrap_or_else(|| Text::new("", name.span));
+        placement::read(&key, &value, &mut faults)
+    };
+    let said: Vec<_> = keys.filter_map(read_key).collect();
+    placement::lay_all(spec, &said);
+    for settings in &said {
+        for (finding, span) in placement::later(settings) {
+            faults.push(finding, span);
         }
     }
+    report.extend(faults.into_report(|span| read.place(span)));
 }
 
 #[cfg(test)]

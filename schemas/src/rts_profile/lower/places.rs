@@ -14,6 +14,11 @@ use crate::system::SystemSpec;
 pub struct Places(BTreeMap<String, Place>);
 
 impl Places {
+    /// The place of a part from now on.
+    pub fn put(&mut self, pointer: String, place: Place) {
+        self.0.insert(pointer, place);
+    }
+
     /// The place of a pointer, else of the nearest part around it that has one.
     pub fn find(&self, pointer: &str) -> Option<&Place> {
         let mut pointer = pointer;
@@ -150,6 +155,6 @@ fn key(kind: OrderKind) -> &'static str {
 }
 
 /// One part of a JSON pointer (RFC 6901).
-fn escaped(part: &str) -> String {
+pub(crate) fn escaped(part: &str) -> String {
     part.replace('~', "~0").replace('/', "~1")
 }

@@ -2,7 +2,7 @@
 
 use rts_plan::observed::LifeCycleState;
 use rts_plan::plan::{OrderName, Rule, Work};
-use rts_schemas::system::{Orders, SendingTiming};
+use rts_schemas::system::{NO_SEQUENCE, Orders, SendingTiming};
 
 use super::tell::*;
 use crate::world::specs::after;
@@ -23,6 +23,26 @@ fn numbers_alone_are_a_sequence() {
     Activate C: after A  [A by number in Activation]
     Activate D: after B, C  [B by number in Activation; C by number in Activation]
     Activate Free
+    ");
+}
+
+/// As overlays add them: they wait for whom they name, and no number waits for them.
+#[test]
+fn without_a_number_there_is_no_place_in_the_sequence() {
+    let orders = activation(vec![
+        number("A", 1),
+        number("B", 2),
+        after("Free", NO_SEQUENCE, Sync, &["B"]),
+        sleep("Late", NO_SEQUENCE, 500),
+        after("A", NO_SEQUENCE, Sync, &["First"]),
+    ]);
+    let names = ["A", "B", "First", "Free", "Late"];
+    insta::assert_snapshot!(activates(named(&names, orders)), @r"
+    Activate First
+    Activate A: after First  [First SYNC in Activation]
+    Activate B: after A  [A by number in Activation]
+    Activate Free: after B  [B SYNC in Activation]
+    Activate Late: sleeps 500 ms
     ");
 }
 

@@ -58,7 +58,7 @@ fn one(instance: &str, type_name: &str, words: &[&str]) -> Result<ComponentSpec,
         match pair(word)? {
             ("rate", value) => component.execution_context.rate = Some(number(value)?),
             (key, value) if placement::KEYS.contains(&key) => {
-                placement::set(&mut component, key, value).map_err(|e| e.to_string())?;
+                placement::set(&mut component, key, value).map_err(|e| e.message)?;
             }
             (key, value) => set(&mut component, key, value),
         }

@@ -104,7 +104,7 @@ impl Stage {
                 }
             }
             key if placement::KEYS.contains(&key) => {
-                placement::set(component, key, value).map_err(|e| e.to_string())?;
+                placement::set(component, key, value).map_err(|e| e.message)?;
             }
             key => set(component, key, value),
         }

@@ -1,0 +1,5 @@
+//! Overlays: their schema, their documentation and the laws of laying them over a system.
+
+mod laws;
+mod lay;
+mod text;
