@@ -1,6 +1,6 @@
 //! RTC Profiles that are at hand, found by the id or type of a component.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::names;
 use crate::rtc_profile::ReadRtcProfile;
@@ -8,11 +8,15 @@ use crate::rts_profile::model::Component;
 use crate::rts_profile::type_name;
 use crate::span::Text;
 
-/// RTC Profiles by the type that they describe.
+/// RTC Profiles by the type that they describe. Of several that describe the same, the first one counts.
 #[derive(Debug, Default)]
 pub struct Library {
     profiles: Vec<ReadRtcProfile>,
-    by_type: BTreeMap<String, Vec<usize>>,
+    /// By vendor, category, type and version.
+    by_id: HashMap<[String; 4], usize>,
+    /// By vendor, category and type.
+    by_origin: HashMap<[String; 3], usize>,
+    by_type: BTreeMap<String, usize>,
 }
 
 /// The RTC Profile of a component.
@@ -32,11 +36,16 @@ impl Library {
         let name = info.and_then(|info| info.name.as_ref()).map(Text::trimmed);
         let id = profile.profile.id.as_ref();
         let by_id = id.and_then(|id| names::type_name(&id.value, ""));
-        let mut types: Vec<String> = by_id.into_iter().chain(name.map(str::to_owned)).collect();
-        types.sort_unstable();
-        types.dedup();
-        for kind in types.into_iter().filter(|kind| !kind.is_empty()) {
-            self.by_type.entry(kind).or_default().push(index);
+        let types = by_id.into_iter().chain(name.map(str::to_owned));
+        for kind in types.filter(|kind| !kind.is_empty()) {
+            self.by_type.entry(kind).or_insert(index);
+        }
+        if let Some(id) = id {
+            let [vendor, category, kind, version] = fields(&id.value).map(str::to_owned);
+            let origin = [vendor.clone(), category.clone(), kind.clone()];
+            self.by_origin.entry(origin).or_insert(index);
+            let whole = [vendor, category, kind, version];
+            self.by_id.entry(whole).or_insert(index);
         }
         self.profiles.push(profile);
     }
@@ -64,23 +73,18 @@ impl Library {
     /// The profile of a component's type: that of its very id, else of its vendor and category, else any.
     pub(super) fn find(&self, component: &Component) -> Option<Found<'_>> {
         let kind = type_name(component)?;
-        let wanted = component.id.as_ref().map(|id| fields(&id.value));
-        let rank = |index: &&usize| {
-            let own = self
-                .profiles
-                .get(**index)
-                .and_then(|p| p.profile.id.as_ref());
-            match (&wanted, own.map(|id| fields(&id.value))) {
-                (Some(wanted), Some(own)) if *wanted == own => 0,
-                (Some(wanted), Some(own)) if wanted[..2] == own[..2] => 1,
-                _ => 2,
-            }
+        let id = component.id.as_ref();
+        let fields = id.map(|id| fields(&id.value).map(str::to_owned));
+        let exact = fields.as_ref().and_then(|fields| self.by_id.get(fields));
+        let near = || {
+            let [vendor, category, kind, _] = fields.clone()?;
+            self.by_origin.get(&[vendor, category, kind])
         };
-        let index = *self.by_type.get(&kind)?.iter().min_by_key(rank)?;
+        let index = *exact.or_else(near).or_else(|| self.by_type.get(&kind))?;
         Some(Found {
             index,
             profile: self.profiles.get(index)?,
-            exact: rank(&&index) == 0,
+            exact: exact.is_some(),
         })
     }
 }

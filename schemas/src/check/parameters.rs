@@ -128,11 +128,7 @@ pub(super) fn widget(
         return sink.warning("bad-widget", message, text.span, help);
     }
     let (fits, what, needs) = match name {
-        "slider" | "spin" => (
-            rule.is_some_and(Rule::is_range),
-            "range",
-            "`0 <= x <= 10`",
-        ),
+        "slider" | "spin" => (rule.is_some_and(Rule::is_range), "range", "`0 <= x <= 10`"),
         "radio" | "checkbox" | "ordered_list" => {
             (rule.is_some_and(Rule::is_choice), "choice", "`(a, b)`")
         }

@@ -110,6 +110,10 @@ fn is_profile_name(path: &Path) -> bool {
 
 /// True when its first bytes name an RTC Profile; in a file of two bytes a letter too.
 fn looks_right(path: &Path) -> bool {
+    // Opening a pipe would wait for somebody to write to it.
+    if !std::fs::metadata(path).is_ok_and(|of| of.is_file()) {
+        return false;
+    }
     let mut head = Vec::new();
     let read = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
     head.retain(|byte| *byte != 0);

@@ -175,6 +175,22 @@ mod tests {
             .iter()
             .map(|text| format!("{text}: {}", parse(text).unwrap_err()))
             .collect();
-        insta::assert_snapshot!(told.join("\n"), @"");
+        insta::assert_snapshot!(told.join("\n"), @r"
+        (0,1: `(` is never closed
+        (0,,1): a value of the choice is empty
+        ((0)): parentheses stand inside parentheses
+        {a}: `a` has no `key:`
+        {a: 1: `{` is never closed
+        event, continuous: a choice stands in parentheses: `(event, continuous)`
+        conf_constraint: `conf_constraint` is no comparison
+        0 < x > 1: its two comparisons point in different directions
+        5 < x < 1: no value is between its bounds
+        0 < x < 1 < 2: it has more than two comparisons
+        a < b: `a < b` does not compare a variable with a number
+        1 < 2: `1 < 2` does not compare a variable with a number
+        x <: `x < ` does not compare a variable with a number
+        0 < 1 < 2: `1` between its bounds is no variable
+        x < 1, : a part of it is empty
+        ");
     }
 }
