@@ -119,7 +119,8 @@ pub(super) fn widget(
         return sink.warning("bad-widget", message, text.span, help);
     }
     let stepped = matches!(name, "slider" | "spin");
-    if !step.is_empty() && !(stepped && constraint::number(step).is_some_and(|step| step > 0.0)) {
+    let is_step = stepped && constraint::number(step).is_some_and(|step| step > 0.0);
+    if !step.is_empty() && !is_step {
         let message = format!(
             "`{}` of the parameter `{parameter}` has no number above 0 as its step",
             text.trimmed()

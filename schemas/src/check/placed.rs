@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::sink::Sink;
 use crate::diagnostic::{Report, Severity};
 use crate::rts_profile::ReadProfile;
-use crate::rts_profile::model::Connector;
+use crate::rts_profile::model::{Connector, property_value};
 use crate::span::{Span, Text};
 use crate::suggest;
 use crate::system::{ComponentSpec, SystemSpec};
@@ -93,7 +93,9 @@ fn one_process(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
             place(target)
         );
         let help = "give both the same manager and node, or choose the interface type `corba_cdr`";
-        let span = said.interface_type.as_ref().map_or(said.span, |t| t.span);
+        let property = property_value(&said.properties, "dataport.interface_type");
+        let text = property.or(said.interface_type.as_ref());
+        let span = text.map_or(said.span, |text| text.span);
         sink.error("direct-across-processes", message, span, help);
     }
 }
