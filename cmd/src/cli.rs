@@ -6,8 +6,8 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    activate, apply, completion, conf, connect, controller, deactivate, describe, diff, disconnect,
-    docs, down, events, explain, export, get, logs, manager, plan, reset, schema, teardown, up,
+    activate, apply, check, completion, conf, connect, controller, deactivate, describe, diff,
+    disconnect, docs, down, events, explain, export, get, logs, manager, plan, reset, schema, teardown, up,
     version,
 };
 use crate::error::CliError;
@@ -36,7 +36,7 @@ pub struct Cli {
 pub const EXIT_CODES: &str = "\
 Exit status:
   0    done; no difference
-  1    only: differences were found (diff)
+  1    only: differences or problems were found (diff, check)
   2    wrong usage, or the output cannot be written
   3    the profile or the plan is invalid
   4    the controller or an agent cannot be reached
@@ -99,6 +99,7 @@ pub enum Command {
     Apply(apply::Args),
     Diff(diff::Args),
     Plan(plan::Args),
+    Check(check::Args),
     #[command(visible_alias = "explain-plan")]
     Explain(explain::Args),
     Get(get::Args),
@@ -129,6 +130,7 @@ pub enum Command {
 pub fn run(cli: Cli, out: &Output) -> Exit {
     let result = match cli.command {
         // These need no home.
+        Command::Check(args) => check::run(&args, out),
         Command::Completion(args) => completion::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
         Command::Schema(args) => schema::run(&args, out),
@@ -179,6 +181,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Export(args) => export::run(&args, session).await,
         Command::Manager(command) => manager::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
+        Command::Check(args) => check::run(&args, &session.out),
         Command::Completion(args) => completion::run(&args, &session.out),
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),

@@ -2,20 +2,37 @@
 //!
 //! Cycles among the orders are found by rts-plan, which owns the graph.
 
+mod against;
+mod choices;
 mod component;
 mod connector;
+mod constraint;
+mod library;
 mod order;
+mod parameters;
+mod placed;
+mod rtc;
+mod service;
+mod sink;
 mod spec;
+mod system;
+mod value;
 
+pub use against::against;
+pub use library::Library;
+pub use placed::placed;
+pub use rtc::rtc_profile;
 pub use spec::{Pointed, spec, spec_by_pointer};
+pub use system::{System, system};
 
 use std::collections::HashSet;
 
-use crate::diagnostic::{Finding, Report};
+use crate::diagnostic::Report;
 use crate::rts_profile::model::{Target, property_value};
 use crate::rts_profile::{NAME_KEY, ReadProfile};
 use crate::span::{Span, Text};
 use crate::suggest;
+use sink::Sink;
 
 /// All problems of a profile, errors and warnings, those of reading first.
 pub fn profile(read: &ReadProfile) -> Report {
@@ -32,54 +49,35 @@ pub fn profile(read: &ReadProfile) -> Report {
     let mut check = Check {
         read,
         instances,
-        report: read.findings.clone(),
+        sink: Sink::new(&read.source, read.findings.clone()),
     };
     check.header();
     for component in &read.profile.components {
         component::component(&mut check, component);
+        parameters::parameters(&mut check, component);
     }
     component::duplicates(&mut check);
     connector::connectors(&mut check);
     for order in &read.profile.orders {
         order::order(&mut check, order);
     }
-    check.report
+    check.sink.report
 }
-
-/// Most findings of one file: nobody reads more, and each costs its line.
-const FINDINGS_LIMIT: usize = 500;
 
 /// What every check needs: the profile, its names, and where to put findings.
 struct Check<'a> {
     read: &'a ReadProfile,
     instances: Vec<&'a str>,
-    report: Report,
+    sink: Sink<'a>,
 }
 
 impl<'a> Check<'a> {
-    fn push(&mut self, finding: Finding, span: Span) {
-        match self.report.findings.len() {
-            0..FINDINGS_LIMIT => {}
-            FINDINGS_LIMIT => {
-                let message = format!(
-                    "there are more than {FINDINGS_LIMIT} problems; the others are not shown"
-                );
-                return self
-                    .report
-                    .push(Finding::error("too-many-problems", message).help("mend these first"));
-            }
-            _ => return,
-        }
-        let place = self.read.place(span);
-        self.report.push(finding.at(place));
-    }
-
     fn error(&mut self, code: &str, message: String, span: Span, help: impl Into<String>) {
-        self.push(Finding::error(code, message).help(help), span);
+        self.sink.error(code, message, span, help);
     }
 
     fn warning(&mut self, code: &str, message: String, span: Span, help: impl Into<String>) {
-        self.push(Finding::warning(code, message).help(help), span);
+        self.sink.warning(code, message, span, help);
     }
 
     /// The attribute's text; an error when it is missing or blank.
@@ -112,6 +110,9 @@ impl<'a> Check<'a> {
         let name = self.required(&target.instance_name, "instanceName", owner, target.span)?;
         if self.read.component(&name.value).is_some() {
             return Some(name.trimmed());
+        }
+        if self.sink.is_full() {
+            return None;
         }
         let help = if self.instances.is_empty() {
             "the profile has no component".to_owned()

@@ -1,6 +1,8 @@
 //! What the codes of findings mean: one line each, and an explanation with an example and a way to mend it.
 
+mod connectors;
 mod overlay;
+mod parameters;
 mod plan;
 mod profile;
 mod reading;
@@ -19,9 +21,11 @@ pub struct Code {
 }
 
 /// Areas of codes.
-const AREAS: [&[Code]; 6] = [
+const AREAS: [&[Code]; 8] = [
     reading::CODES,
     profile::CODES,
+    connectors::CODES,
+    parameters::CODES,
     overlay::CODES,
     rtc_profile::CODES,
     rtc_conf::CODES,
@@ -36,4 +40,23 @@ pub fn all() -> impl Iterator<Item = &'static Code> {
 /// The code of this name.
 pub fn find(code: &str) -> Option<&'static Code> {
     all().find(|known| known.code == code)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_code_is_explained_once() {
+        let mut seen = HashSet::new();
+        for code in super::all() {
+            assert!(seen.insert(code.code), "{} stands twice", code.code);
+            assert!(!code.title.ends_with('.') && !code.title.is_empty());
+            assert!(code.explain.len() > 100, "{}", code.code);
+            let kebab = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            assert!(code.code.chars().all(kebab), "{}", code.code);
+            let long = code.explain.lines().find(|line| line.chars().count() > 124);
+            assert_eq!(long, None, "{}", code.code);
+        }
+    }
 }

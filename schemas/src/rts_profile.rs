@@ -9,11 +9,11 @@ pub mod model;
 mod write;
 
 pub use crate::form::Format;
-pub use lower::{LowerOptions, Places, lower};
 pub(crate) use lower::{
-    NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind, is_pseudo_set,
+    CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind, is_pseudo_set,
     is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
 };
+pub use lower::{LowerOptions, Places, lower};
 pub use write::{WriteOptions, sayable, write};
 
 use std::collections::HashMap;
@@ -22,11 +22,11 @@ use crate::diagnostic::{Place, Report, Source};
 use crate::form::{self, Around, Opened, Tree};
 use crate::overlay::{self, Overlay};
 use crate::span::Span;
-use crate::system::SystemSpec;
+use crate::system::{PortKind, SystemSpec};
 use crate::xml::document::{Document, EditError};
 use crate::{check, yaml};
 use forms::{Shape, WORDS};
-use model::{Component, RtsProfile};
+use model::{Component, Port, RtsProfile};
 
 /// A profile as the file says it, with the text to point at.
 #[derive(Debug, Clone)]
@@ -47,7 +47,12 @@ pub struct ReadProfile {
     pub findings: Report,
     /// Instance name → index of its first component.
     instances: HashMap<String, usize>,
+    /// Component → bare port name → index of its first port, for components with many.
+    ports: HashMap<usize, HashMap<String, usize>>,
 }
+
+/// Ports of a component that are looked through one by one.
+const FEW_PORTS: usize = 16;
 
 impl ReadProfile {
     /// The place of a range; `None` when it is unknown.
@@ -59,6 +64,23 @@ impl ReadProfile {
     pub fn component(&self, instance: &str) -> Option<&Component> {
         let index = *self.instances.get(instance.trim())?;
         self.profile.components.get(index)
+    }
+
+    /// The port of an instance with this name, bare or not, and its kind; of several the first.
+    pub fn port(&self, instance: &str, name: &str) -> Option<(PortKind, &Port)> {
+        let index = *self.instances.get(instance.trim())?;
+        let component = self.profile.components.get(index)?;
+        match self.ports.get(&index) {
+            Some(names) => {
+                let at = *names.get(component.bare_port(name))?;
+                let first_service = component.data_ports.len();
+                match at.checked_sub(first_service) {
+                    None => Some((PortKind::Data, component.data_ports.get(at)?)),
+                    Some(at) => Some((PortKind::Service, component.service_ports.get(at)?)),
+                }
+            }
+            None => component.port(name),
+        }
     }
 
     /// How the file writes an attribute: `rts:instanceName` in XML, `instanceName` in YAML.
@@ -86,6 +108,7 @@ pub fn read(file_name: &str, bytes: &[u8]) -> Result<ReadProfile, Report> {
     let profile = mirror::mirror(&shape);
     Ok(ReadProfile {
         instances: index(&profile),
+        ports: index_ports(&profile),
         source,
         profile,
         shape,
@@ -141,6 +164,24 @@ fn index(profile: &RtsProfile) -> HashMap<String, usize> {
         }
     }
     instances
+}
+
+fn index_ports(profile: &RtsProfile) -> HashMap<usize, HashMap<String, usize>> {
+    let many = profile.components.iter().enumerate().filter(|(_, c)| {
+        let ports = c.data_ports.len() + c.service_ports.len();
+        ports > FEW_PORTS
+    });
+    let names = many.map(|(index, component)| {
+        let mut names = HashMap::new();
+        for (at, (_, port)) in component.ports().enumerate() {
+            if let Some(name) = &port.name {
+                let bare = component.bare_port(&name.value).to_owned();
+                names.entry(bare).or_insert(at);
+            }
+        }
+        (index, names)
+    });
+    names.collect()
 }
 
 /// Reads, checks and lowers a profile, then lays the overlays over it in their order.

@@ -1,4 +1,4 @@
-//! Every wrong file of the examples gives exactly the errors that a user shall read.
+//! The wrong files of the examples, as they are deployed; what the program says of each is tested with the program.
 
 // A failure here is a failed test; only the tests read files, the crate does not.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
@@ -10,20 +10,6 @@ use rts_schemas::overlay;
 use rts_schemas::rts_profile::{load, load_with_places};
 
 const HELLO: &str = include_str!("../../manifests/hello/system.xml");
-
-/// Files that are right as profiles: the planner, the agent or the component refuses them.
-const RIGHT: [&str; 3] = ["cycle.xml", "missing-module.xml", "bad-config-key.xml"];
-
-/// Files that are read with a warning.
-const WARNED: [&str; 7] = [
-    "empty-system.xml",
-    "unknown-element.xml",
-    "repeated-connector.xml",
-    "reversed-connector.xml",
-    "unknown-configuration-set.xml",
-    "unknown-value.xml",
-    "unsupported-execution-kind.xml",
-];
 
 fn files() -> Vec<(String, Vec<u8>)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../manifests/invalid");
@@ -54,82 +40,16 @@ fn judge(name: &str, bytes: &[u8]) -> (Report, bool) {
     }
 }
 
+/// What may be deployed has no error, and the other way round; nothing is refused for a warning.
 #[test]
-fn each_file_gives_its_errors() {
+fn only_errors_refuse_a_file() {
+    let mut refused = 0;
     for (name, bytes) in files() {
         let (report, deployable) = judge(&name, &bytes);
-        let right = RIGHT.contains(&name.as_str());
-        assert_eq!(
-            deployable,
-            right || WARNED.contains(&name.as_str()),
-            "{name}: {report:?}"
-        );
-        assert_eq!(deployable, !report.has_errors(), "{name}");
-        if right {
-            assert_eq!(report, Report::default(), "{name}");
-            continue;
-        }
-        for finding in &report.findings {
-            assert!(
-                finding.help.is_some() || finding.code.starts_with("malformed"),
-                "{name}: {finding:?}"
-            );
-            assert!(finding.place.is_some(), "{name}: {finding:?}");
-        }
-        let shown: Vec<String> = report.findings.iter().map(render).collect();
-        insta::assert_snapshot!(name, shown.join("\n\n"));
+        assert_eq!(deployable, !report.has_errors(), "{name}: {report:?}");
+        refused += usize::from(!deployable);
     }
-}
-
-/// Where a code needs several files: a profile and what is laid over it. The folder's name is the code.
-#[test]
-fn each_folder_gives_its_code() {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../manifests/invalid");
-    let entries = std::fs::read_dir(root).unwrap();
-    let folders = entries.map(|entry| entry.unwrap().path());
-    let mut seen = 0;
-    for folder in folders.filter(|path| path.join("overlay.yaml").is_file()) {
-        let code = folder.file_name().unwrap().to_str().unwrap();
-        let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
-        let result = overlay::read("overlay.yaml", &read("overlay.yaml"))
-            .and_then(|overlay| load("system.xml", &read("system.xml"), None, &[overlay]));
-        let report = match result {
-            Ok((_, report)) => report,
-            Err(report) => report,
-        };
-        assert!(
-            report.findings.iter().any(|f| f.code == code),
-            "{code}: {report:?}"
-        );
-        for finding in &report.findings {
-            assert!(
-                finding.help.is_some() && finding.place.is_some(),
-                "{finding:?}"
-            );
-        }
-        let shown: Vec<String> = report.findings.iter().map(render).collect();
-        insta::assert_snapshot!(code, shown.join("\n\n"));
-        seen += 1;
-    }
-    assert!(seen >= 7, "{seen}");
-}
-
-#[test]
-fn the_code_of_a_file_is_its_name() {
-    for (name, bytes) in files() {
-        let stem = name.split('.').next().unwrap();
-        let plain = stem.starts_with("malformed")
-            || stem.starts_with("overlay-")
-            || matches!(stem, "many" | "duplicate-key");
-        if plain || RIGHT.contains(&name.as_str()) {
-            continue;
-        }
-        let (report, _) = judge(&name, &bytes);
-        assert!(
-            report.findings.iter().any(|f| f.code == stem),
-            "{name}: {report:?}"
-        );
-    }
+    assert!(refused > 30, "{refused}");
 }
 
 #[test]

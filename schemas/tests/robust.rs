@@ -57,6 +57,7 @@ fn attack(bytes: &[u8]) {
             |text, form| same(&read(text), form),
         );
     }
+    checked(bytes);
     if let Ok(document) = Document::open("f", bytes) {
         assert_eq!(document.bytes().unwrap(), bytes);
     }
@@ -66,6 +67,28 @@ fn attack(bytes: &[u8]) {
             overlay::apply(&mut spec, &overlay);
         }
         Err(report) => assert!(report.has_errors()),
+    }
+}
+
+/// Everything that is checked about a file; what is deployed has the same findings.
+fn checked(bytes: &[u8]) {
+    let mut library = check::Library::default();
+    library.add(rtc_profile::read("component.xml", COMPONENT.as_bytes()).unwrap());
+    if let Ok(system) = check::system("f", bytes, Some("name"), &[]) {
+        let (Ok((_, report)) | Err(report)) = load("f", bytes, Some("name"), &[]);
+        assert_eq!(system.report, report);
+        check::against(&system.read, &library);
+        if let Some(spec) = &system.spec {
+            check::placed(&system.read, spec, Some(&["local"]));
+        }
+    }
+    if let Ok(profile) = rtc_profile::read("f", bytes) {
+        check::rtc_profile(&profile);
+        let mut library = check::Library::default();
+        library.add(profile);
+        let system = SYSTEM.replace("LowPassFilter", "Filter");
+        let system = read("system.xml", system.as_bytes()).unwrap();
+        check::against(&system, &library);
     }
 }
 

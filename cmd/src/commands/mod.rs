@@ -3,6 +3,7 @@
 pub mod activate;
 pub mod apply;
 pub mod by_hand;
+pub mod check;
 pub mod completion;
 pub mod conf;
 pub mod connect;

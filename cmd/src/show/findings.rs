@@ -16,6 +16,12 @@ pub fn print(report: &Report, out: &Output) {
     }
 }
 
+/// All findings as one text, notes too, with a blank line between them.
+pub fn text(report: &Report) -> String {
+    let all: Vec<String> = report.findings.iter().map(colored).collect();
+    all.join("\n\n")
+}
+
 /// The text with the severity and code in colour; the output takes colour away where it is not wanted.
 fn colored(finding: &Finding) -> String {
     let text = render(finding);

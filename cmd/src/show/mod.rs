@@ -9,6 +9,7 @@ pub mod plan;
 pub mod progress;
 #[cfg(test)]
 pub mod samples;
+pub mod sarif;
 pub mod simulated;
 pub mod stream;
 pub mod table;

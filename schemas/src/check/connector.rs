@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::Check;
 use super::component::foreign_prefix;
+use super::{Check, choices, service};
 use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
 use crate::rts_profile::{NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type};
@@ -28,7 +28,7 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             let help = "a connector's name has no `/` and no control character";
             check.error("bad-name", message, own.span, help);
         }
-        choices(check, connector, &owner);
+        known_choices(check, connector, &owner);
         let source = end(
             check,
             connector,
@@ -43,7 +43,9 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             "target",
             &owner,
         );
+        service::bindings(check, connector, &owner);
         if let (Some(source), Some(target)) = (source, target) {
+            choices::choices(check, connector, [source, target]);
             directions(check, connector, source, target);
             data_types(check, connector, source, target);
             let (from, to) = if is_reversed(read, connector) {
@@ -83,7 +85,7 @@ const KNOWN: [(&str, &str, &[&str]); 2] = [
 ];
 
 /// Says where a choice is none of those that are known: it is passed on, and means something to nobody here.
-fn choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
+fn known_choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
     if connector.kind != PortKind::Data {
         return;
     }
@@ -107,15 +109,15 @@ fn choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
 
 /// An end whose component and port are in the profile.
 #[derive(Clone, Copy)]
-struct End<'a> {
+pub(super) struct End<'a> {
     instance: &'a str,
     bare: &'a str,
-    port: &'a Port,
+    pub(super) port: &'a Port,
     span: Span,
 }
 
 impl End<'_> {
-    fn path(&self) -> String {
+    pub(super) fn path(&self) -> String {
         format!("{}.{}", self.instance, self.bare)
     }
 }
@@ -147,7 +149,7 @@ fn end<'a>(
     let instance = instance?;
     let component = check.read.component(instance)?;
     let bare = component.bare_port(&name.value);
-    match component.port(&name.value) {
+    match check.read.port(instance, &name.value) {
         Some((found, port)) if found == connector.kind => Some(End {
             instance,
             bare,
@@ -197,6 +199,9 @@ fn unknown_port(
     span: Span,
     kind: PortKind,
 ) {
+    if check.sink.is_full() {
+        return;
+    }
     if let Some(other) = foreign_prefix(check, component, bare) {
         let message = format!(
             "the port `{bare}` belongs to `{other}`, but the end names the component `{instance}`"

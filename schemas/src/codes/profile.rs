@@ -1,5 +1,210 @@
-//! Codes of RTS Profiles.
+//! Codes of RTS Profiles: the system, its components and its orders.
 
 use super::Code;
 
-pub(super) const CODES: &[Code] = &[];
+pub(super) const CODES: &[Code] = &[
+    Code {
+        code: "bad-boolean",
+        title: "an attribute is neither true nor false",
+        explain: "\
+`isRequired` decides whether a missing component makes the system unhealthy; from any other word nobody can tell.
+
+Write `true` or `false` (`1` and `0` are read too).",
+    },
+    Code {
+        code: "bad-component-id",
+        title: "the id of a component does not say its type",
+        explain: "\
+The module that is loaded is found by the type, the fourth field of the id. Without it nothing can be started.
+
+    RTC:AIST:example:ConsoleIn:1.0       RTC:vendor:category:type:version
+    RTC:AIST.example.ConsoleIn:1.0       the older form, also read
+
+Write the id as the component's RTC.xml has it.",
+    },
+    Code {
+        code: "bad-name",
+        title: "a name cannot be used",
+        explain: "\
+Names of instances, types and ports have 1 to 128 bytes, no `/` and no control character, since they become parts of
+paths; an instance name has no dot in front. Any script may be used, and blanks inside.
+
+Choose another name, and change it wherever it is referred to.",
+    },
+    Code {
+        code: "bad-number",
+        title: "a number is missing, malformed or out of its range",
+        explain: "\
+Rates are hertz from 0.001 to 1000000 (`1000.0`); sequences are whole numbers from 0; waiting times and time-outs are whole
+milliseconds.
+
+    rts:rate=\"1 kHz\"       wrong
+    rts:rate=\"1000.0\"      right",
+    },
+    Code {
+        code: "bad-system-name",
+        title: "a text cannot name a system",
+        explain: "\
+The name of a system is used in commands, paths and addresses: 1 to 63 of `a-z`, `0-9` and `-`, no hyphen at either end.
+It comes from `--name`, else from the property `rtsctl.name` of the profile, else from its id.
+
+Use the name that the help proposes.",
+    },
+    Code {
+        code: "bad-timing",
+        title: "the sending timing of a Preceding is not known",
+        explain: "\
+`SYNC` waits until the preceding components are in their state, `ASYNC` (or `NO_SYNC`) only until they were asked. Another
+word would leave open what is waited for.
+
+    <rts:Preceding rts:sendingTiming=\"SYNC\" rts:timeout=\"5000\">",
+    },
+    Code {
+        code: "composite-component",
+        title: "a composite is treated as a plain component",
+        explain: "\
+Composite components (`PeriodicECShared` and others) share the execution context of their participants. Here each
+participant runs in its own, and the composite starts as any other component.
+
+Leave it if the participants need no common cycle; else put them into one manager and check their rates.",
+    },
+    Code {
+        code: "duplicate-connector",
+        title: "two connectors of a system have one name",
+        explain: "\
+Connectors are known by their names, which are made of their ends unless `rtsctl.name` says otherwise. Two with one name
+cannot be told apart. Only a system that came over the API can have them: those of a file are numbered.
+
+Give each its own name.",
+    },
+    Code {
+        code: "duplicate-instance",
+        title: "two components have one instance name",
+        explain: "\
+Connectors, orders, overlays and commands name components by their instance name. With two of one name nobody can tell
+which is meant.
+
+Give each its own name (`Motor0`, `Motor1`), and mend the connectors that mean the second one.",
+    },
+    Code {
+        code: "duplicate-parameter",
+        title: "a parameter stands twice in one set",
+        explain: "\
+One parameter has one value. In an RTS Profile the last one counts, in silence; that may be the wrong one.
+
+Remove the others.",
+    },
+    Code {
+        code: "duplicate-port",
+        title: "a component declares two ports with one name",
+        explain: "\
+A component registers its ports by name, and refuses the second one. A data port and a service port share their names too.
+In an RTS Profile the first counts.
+
+Give each its own name, or remove the copy.",
+    },
+    Code {
+        code: "empty-preceding",
+        title: "a Preceding names no component",
+        explain: "\
+`rts:Preceding` waits for components, and none is named: it waits for nothing.
+
+Add `rts:PrecedingComponents` with their instance names, or remove the element.",
+    },
+    Code {
+        code: "empty-system",
+        title: "the profile has no components",
+        explain: "\
+Such a profile is right and describes nothing. Editors write it for a new system; applied under the name of a running
+system it would take all of that down.
+
+Add components, or check that it is the right file.",
+    },
+    Code {
+        code: "extra-execution-context",
+        title: "a component has more than one execution context",
+        explain: "\
+A component runs in one context of its own; further ones belong to composites. The first is used, with its rate.
+
+Remove the others if they mean nothing.",
+    },
+    Code {
+        code: "instance-prefix",
+        title: "a port has the name of another component before it",
+        explain: "\
+Editors write ports as `Instance.port`. Here the instance before the dot is another one than that of the component: one of
+the two is wrong, and the system would be wired wrongly.
+
+    rts:instanceName=\"Motor0\" rts:portName=\"Motor1.out\"     wrong
+    rts:instanceName=\"Motor1\" rts:portName=\"Motor1.out\"     right",
+    },
+    Code {
+        code: "missing-attribute",
+        title: "an attribute that is needed is missing or empty",
+        explain: "\
+Without it the element does not say what it is: a component without instance name, a port without name, a condition
+without sequence. What tools leave out and what can be done without is only a warning.
+
+Add the attribute that the message names.",
+    },
+    Code {
+        code: "missing-target",
+        title: "a condition of an order has no target component",
+        explain: "\
+Each `rts:targets` says when one component is started, activated and so on. Without `rts:TargetComponent` it is a condition
+of nobody.
+
+    <rts:targets rts:sequence=\"1\">
+        <rts:TargetComponent rts:id=\"0\" rts:instanceName=\"Motor0\" rts:componentId=\"…\"/>
+    </rts:targets>",
+    },
+    Code {
+        code: "no-system-name",
+        title: "nothing names the system",
+        explain: "\
+The name comes from the third field of `RTSystem:vendor:name:version`. If the id has none, or one without any letter or
+digit that a name may have, the file's name is taken; here that gives none either.
+
+Name the system with `--name NAME`, or mend the id.",
+    },
+    Code {
+        code: "unknown-configuration-set",
+        title: "the active configuration set is not in the profile",
+        explain: "\
+A set that the component itself knows may still be meant; if it knows none of this name either, activating it fails and
+the component keeps the values that it has.
+
+Mend the name, or add the set.",
+    },
+    Code {
+        code: "unknown-host",
+        title: "a component belongs on a host that nobody knows",
+        explain: "\
+With `--node NAME`, all nodes and hosts are named. This component's place (its `rtsctl.node`, the host of its `pathUri`, or
+the host where it ran when the profile was saved) is none of them: it would be started on the local node, or not at all.
+
+Place it with an overlay, or name the host:
+
+    spec:
+      components:
+        Camera0: { node: jetson }",
+    },
+    Code {
+        code: "unknown-instance",
+        title: "something refers to a component that is not there",
+        explain: "\
+A connector, a condition of an order, a Preceding or an overlay names an instance that the profile does not have. A
+connector to nobody can never be made, and an order would wait for ever.
+
+Mend the name (the help shows the nearest one), or add the component.",
+    },
+    Code {
+        code: "unsupported-execution-kind",
+        title: "the execution context is of a kind that is not run",
+        explain: "\
+Components run periodically, at a rate. Contexts that are driven by events, by a simulator or from outside are not run by
+this version; a controller refuses such a system.
+
+Write `PERIODIC` and a rate if the component can run so.",
+    },
+];

@@ -122,7 +122,8 @@ pub fn open(file_name: &str, bytes: &[u8], words: &Vocabulary) -> Result<Opened,
             words.roots[0],
             words.key
         );
-        return Err(alone(finding.help(help)));
+        let place = Some(source.place(0, 0));
+        return Err(alone(finding.at(place).help(help)));
     } else if start.starts_with('<') {
         let tree = xml::parse_tree(source.text()).map_err(|error| alone(error.finding(&source)))?;
         let root = &tree.root;

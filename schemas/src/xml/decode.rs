@@ -47,8 +47,7 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, Box<Finding>> {
                     "{name} declares the unknown encoding `{label}`; it was read as {}",
                     decoded.encoding
                 );
-                decoded.warning =
-                    Some(Finding::warning("encoding-mismatch", message).help(SAVE_AS_UTF_8));
+                decoded.warning = Some(mismatch(name, &decoded.text, message));
                 decoded
             })
             .ok_or_else(|| undecodable(name, bytes, &label));
@@ -63,12 +62,20 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, Box<Finding>> {
                 encoding.name(),
                 decoded.encoding
             );
-            decoded.warning =
-                Some(Finding::warning("encoding-mismatch", message).help(SAVE_AS_UTF_8));
+            decoded.warning = Some(mismatch(name, &decoded.text, message));
             Ok(decoded)
         }
         None => Err(undecodable(name, bytes, encoding.name())),
     }
+}
+
+/// At the declaration, or where it should stand.
+fn mismatch(name: &str, text: &str, message: String) -> Finding {
+    let head = &text[..text.floor_char_boundary(256)];
+    let end = head.find("?>").map_or(0, |at| at + 2);
+    let place = Source::new(name, head).place(0, end);
+    let finding = Finding::warning("encoding-mismatch", message).at(Some(place));
+    finding.help(SAVE_AS_UTF_8)
 }
 
 const SAVE_AS_UTF_8: &str = "save the file as UTF-8 and declare `encoding=\"UTF-8\"`";

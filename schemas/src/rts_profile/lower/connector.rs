@@ -69,8 +69,8 @@ fn end(profile: &ReadProfile, target: &Target) -> Option<PortRef> {
 /// The declared port of an end.
 fn declared<'a>(profile: &'a ReadProfile, target: Option<&Target>) -> Option<(PortKind, &'a Port)> {
     let target = target?;
-    let component = profile.component(&target.instance_name.as_ref()?.value)?;
-    component.port(&target.port_name.as_ref()?.value)
+    let instance = target.instance_name.as_ref()?;
+    profile.port(&instance.value, &target.port_name.as_ref()?.value)
 }
 
 /// The direction that a declared port's `port.port_type` says.

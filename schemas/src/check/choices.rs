@@ -1,0 +1,104 @@
+//! How samples travel: what a connector chooses is among what both of its ports offer.
+
+use super::Check;
+use super::connector::End;
+use crate::rts_profile::CHOICES;
+use crate::rts_profile::model::{Connector, property_value};
+use crate::span::{Span, Text};
+use crate::system::PortKind;
+
+/// The code and the words of each of the three choices, in their order.
+const WORDS: [(&str, &str); 3] = [
+    ("incompatible-interface-type", "interface type"),
+    ("incompatible-dataflow-type", "dataflow type"),
+    ("incompatible-subscription-type", "subscription type"),
+];
+
+/// One end as it is told, and what it offers; `None` where nothing is said.
+pub(super) struct Offer<'a> {
+    pub(super) path: String,
+    pub(super) types: [Option<&'a str>; 3],
+}
+
+pub(super) fn choices(check: &mut Check<'_>, connector: &Connector, ends: [End<'_>; 2]) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let offers = ends.map(|end| Offer {
+        path: end.path(),
+        types: CHOICES.map(|name| {
+            let text = property_value(&end.port.properties, name)?;
+            Some(text.trimmed())
+        }),
+    });
+    compare(connector, &offers, |code, message, span, help| {
+        check.warning(code, message, span, help);
+    });
+}
+
+/// Compares a connector's choices with what its ends offer.
+pub(super) fn compare(
+    connector: &Connector,
+    offers: &[Offer<'_>],
+    mut say: impl FnMut(&'static str, String, Span, String),
+) {
+    for (at, (code, what)) in WORDS.into_iter().enumerate() {
+        let offered = offers
+            .iter()
+            .filter_map(|offer| Some((offer, offer.types[at]?)));
+        let offered: Vec<_> = offered.filter(|(_, list)| !is_open(list)).collect();
+        if let Some(chosen) = chosen(connector, at) {
+            let refused = offered
+                .iter()
+                .find(|(_, list)| !has(list, chosen.trimmed()));
+            if let Some((offer, list)) = refused {
+                let message = format!(
+                    "the {what} `{}` is none that `{}` offers",
+                    chosen.trimmed(),
+                    offer.path
+                );
+                say(
+                    code,
+                    message,
+                    chosen.span,
+                    format!("it offers: {}", list.trim()),
+                );
+            }
+        } else if let [(one, list), (other, others)] = offered.as_slice()
+            && !items(list).any(|item| has(others, item))
+        {
+            let message = format!("`{}` and `{}` share no {what}", one.path, other.path);
+            let help = format!("they offer: {}; {}", list.trim(), others.trim());
+            say(code, message, connector.span, help);
+        }
+    }
+}
+
+/// What a connector says; the property wins over the attribute.
+fn chosen(connector: &Connector, at: usize) -> Option<&Text> {
+    let attribute = match at {
+        0 => &connector.interface_type,
+        1 => &connector.dataflow_type,
+        _ => &connector.subscription_type,
+    };
+    property_value(&connector.properties, CHOICES[at])
+        .or(attribute.as_ref())
+        .filter(|text| !text.trimmed().is_empty())
+}
+
+fn items(list: &str) -> impl Iterator<Item = &str> {
+    list.split(',')
+        .map(str::trim)
+        .filter(|item| !item.is_empty())
+}
+
+/// Anything goes, or nothing is said.
+fn is_open(list: &str) -> bool {
+    let mut all = items(list).peekable();
+    all.peek().is_none() || all.any(|item| item.eq_ignore_ascii_case("any"))
+}
+
+/// As OpenRTM compares: without regard to capital letters. A kind with a variant (`new.fifo`) is one of its kind.
+fn has(list: &str, chosen: &str) -> bool {
+    items(list).any(|item| item.eq_ignore_ascii_case(chosen))
+}
