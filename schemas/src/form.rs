@@ -15,6 +15,7 @@ mod read_yaml;
 mod same;
 mod unknown;
 mod vocabulary;
+mod walk;
 mod write_xml;
 mod write_yaml;
 
@@ -28,6 +29,7 @@ pub use read_yaml::read_node;
 pub use same::{same, strip_places};
 pub use unknown::report_unknown;
 pub use vocabulary::{Opened, Tree, Vocabulary, open};
+pub use walk::{Taken, each_text, take_fields};
 pub use write_xml::element_of;
 pub use write_yaml::yaml_of;
 

@@ -1,5 +1,6 @@
 //! What a type has no field for, and in which order everything stood.
 
+use super::FormType;
 use crate::span::Text;
 use crate::xml::{Attribute, Element};
 use crate::yaml;
@@ -40,6 +41,37 @@ impl Extra {
     /// The same, to change.
     pub fn edit(&mut self) -> &mut Beside {
         self.0.get_or_insert_default()
+    }
+
+    /// The same beside a form of another type: the order goes by the names of the fields, and those that the other type
+    /// does not have are no part of it.
+    #[must_use]
+    pub fn moved(&self, from: &FormType, to: &FormType) -> Self {
+        let Some(beside) = &self.0 else {
+            return Self::default();
+        };
+        let mut beside = beside.clone();
+        let index = |at: usize| {
+            let name = from.fields.get(at)?.name;
+            let found = to.fields.iter().position(|field| field.name == name)?;
+            let same = to.fields[found].local == from.fields[at].local;
+            Some((u16::try_from(found).ok()?, same))
+        };
+        for order in [&mut beside.attribute_order, &mut beside.node_order] {
+            let places = std::mem::take(order).into_iter();
+            *order = places
+                .filter_map(|place| match place {
+                    Place::Other => Some(Place::Other),
+                    Place::Field(at) => index(usize::from(at)).map(|(at, _)| Place::Field(at)),
+                    Place::Spelled(at, name) => index(usize::from(at)).map(|(at, same)| match same {
+                        true => Place::Spelled(at, name),
+                        // The element has another name there.
+                        false => Place::Field(at),
+                    }),
+                })
+                .collect();
+        }
+        Self(Some(beside))
     }
 
     /// Forgets what says nothing: an order that is that of the fields, and an empty box.
