@@ -6,8 +6,9 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    activate, apply, completion, conf, connect, controller, deactivate, describe, diff, disconnect,
-    docs, down, events, explain, export, get, logs, manager, plan, reset, teardown, up, version,
+    activate, apply, completion, conf, connect, controller, convert, deactivate, describe, diff,
+    disconnect, docs, down, events, explain, export, get, logs, manager, plan, reset, teardown, up,
+    version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -113,6 +114,7 @@ pub enum Command {
     Connect(connect::Args),
     Disconnect(disconnect::Args),
     Export(export::Args),
+    Convert(convert::Args),
     #[command(subcommand)]
     Manager(manager::Command),
     #[command(subcommand)]
@@ -128,6 +130,7 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
     let result = match cli.command {
         // These need no home.
         Command::Completion(args) => completion::run(&args, out),
+        Command::Convert(args) => convert::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
         command => match Session::new(&cli.globals, *out) {
             Ok(session) => return within(command, &session),
@@ -174,6 +177,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Connect(args) => connect::run(args, session).await,
         Command::Disconnect(args) => disconnect::run(args, session).await,
         Command::Export(args) => export::run(&args, session).await,
+        Command::Convert(args) => convert::run(&args, &session.out),
         Command::Manager(command) => manager::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
         Command::Completion(args) => completion::run(&args, &session.out),

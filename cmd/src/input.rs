@@ -224,7 +224,7 @@ fn is_stdin(path: &Path) -> bool {
 }
 
 /// The file's name in messages.
-fn shown(path: &Path) -> String {
+pub(crate) fn shown(path: &Path) -> String {
     if is_stdin(path) {
         "<stdin>".to_owned()
     } else {
@@ -233,7 +233,7 @@ fn shown(path: &Path) -> String {
 }
 
 /// A whole file, within bounds.
-fn read(path: &Path) -> Result<Vec<u8>, CliError> {
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     let failed = |source| CliError::Read {
         path: PathBuf::from(shown(path)),
         source,

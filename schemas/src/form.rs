@@ -29,7 +29,7 @@ pub use read_yaml::read_node;
 pub use same::{same, strip_places};
 pub use unknown::report_unknown;
 pub use vocabulary::{Opened, Tree, Vocabulary, open};
-pub use walk::{Taken, each_text, take_fields};
+pub use walk::{Taken, comments, each_text, take_fields};
 pub use write_xml::element_of;
 pub use write_yaml::yaml_of;
 

@@ -340,7 +340,10 @@ mod tests {
     #[test]
     fn ids_with_dots_and_colons() {
         for (dots, colons) in [
-            ("RTC:Noriaki Ando, AIST.example.ConsoleIn:1.0", "RTC:Noriaki Ando, AIST:example:ConsoleIn:1.0"),
+            (
+                "RTC:Noriaki Ando, AIST.example.ConsoleIn:1.0",
+                "RTC:Noriaki Ando, AIST:example:ConsoleIn:1.0",
+            ),
             ("RTC:Meijo Univ..a.B:1.0", "RTC:Meijo Univ.:a:B:1.0"),
             ("RTSystem:ta.ta-sample:1.0", "RTSystem:ta:ta-sample:1.0"),
         ] {

@@ -31,13 +31,16 @@ use crate::names;
 /// most are (`rtc.conf`, `conf/rtc_cpp.conf`).
 pub fn system_name(path: &str) -> Option<String> {
     let stem = names::file_stem(path)?;
-    let rest = stem.strip_prefix("rtc").or_else(|| stem.strip_prefix("RTC"));
+    let rest = stem
+        .strip_prefix("rtc")
+        .or_else(|| stem.strip_prefix("RTC"));
     let usual = rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()));
     if !usual {
         return names::dns_label(stem);
     }
     let mut folders = path.rsplit('/').skip(1);
-    let folder = folders.find(|folder| !matches!(*folder, "conf" | "." | "..") && !folder.is_empty());
+    let folder =
+        folders.find(|folder| !matches!(*folder, "conf" | "." | "..") && !folder.is_empty());
     folder.and_then(names::dns_label)
 }
 
@@ -49,7 +52,10 @@ mod tests {
     fn systems_are_named_after_their_file_or_folder() {
         let name = |path| system_name(path);
         assert_eq!(name("/home/x/Crawler/rtc.conf").as_deref(), Some("crawler"));
-        assert_eq!(name("/home/x/nao_joy/conf/rtc_py.conf").as_deref(), Some("nao-joy"));
+        assert_eq!(
+            name("/home/x/nao_joy/conf/rtc_py.conf").as_deref(),
+            Some("nao-joy")
+        );
         assert_eq!(name("lab.conf").as_deref(), Some("lab"));
         assert_eq!(name("rtc.conf"), None);
         assert_eq!(name("x/rtcdemo.conf").as_deref(), Some("rtcdemo"));

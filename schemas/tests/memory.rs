@@ -101,7 +101,9 @@ fn memory_is_bounded_by_the_size_of_the_file() {
             beyond.push(format!("{times} x {name:?}"));
         }
     }
-    for line in ["a\n", "a:\n", "a: 1\n", "\\a\n", "a: \\\n", "#\n", "\n", "a\\b\\"] {
+    for line in [
+        "a\n", "a:\n", "a: 1\n", "\\a\n", "a: \\\n", "#\n", "\n", "a\\b\\",
+    ] {
         let numbered = |number: usize| line.replace('a', &format!("k{number}"));
         for text in [line.repeat(100_000), (0..9_000).map(numbered).collect()] {
             let used = peak(|| drop(rtc_conf::read("f", text.as_bytes())));

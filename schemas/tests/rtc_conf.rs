@@ -32,14 +32,28 @@ fn types(folder: &Path) -> Vec<RtcProfile> {
     };
     let mut files: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
     files.sort();
-    let xml = files.iter().filter(|path| path.extension().is_some_and(|e| e == "xml"));
-    xml.map(|path| rtc_profile::read("RTC.xml", &std::fs::read(path).unwrap()).unwrap().profile).collect()
+    let xml = files
+        .iter()
+        .filter(|path| path.extension().is_some_and(|e| e == "xml"));
+    xml.map(|path| {
+        rtc_profile::read("RTC.xml", &std::fs::read(path).unwrap())
+            .unwrap()
+            .profile
+    })
+    .collect()
 }
 
 /// A set-up in a folder, with everything that was found.
 fn converted(folder: &Path, files: &[&str], types: &[RtcProfile]) -> Converted {
-    let read: Vec<_> = files.iter().map(|file| std::fs::read(folder.join(file)).unwrap()).collect();
-    let named: Vec<(&str, &[u8])> = files.iter().copied().zip(read.iter().map(Vec::as_slice)).collect();
+    let read: Vec<_> = files
+        .iter()
+        .map(|file| std::fs::read(folder.join(file)).unwrap())
+        .collect();
+    let named: Vec<(&str, &[u8])> = files
+        .iter()
+        .copied()
+        .zip(read.iter().map(Vec::as_slice))
+        .collect();
     let mut report = Report::default();
     let setup = load(&named, &Folder(folder.to_owned()), &mut report);
     let options = Options {
@@ -55,14 +69,21 @@ fn converted(folder: &Path, files: &[&str], types: &[RtcProfile]) -> Converted {
 }
 
 fn shown(report: &Report) -> String {
-    report.findings.iter().map(render).collect::<Vec<_>>().join("\n\n")
+    report
+        .findings
+        .iter()
+        .map(render)
+        .collect::<Vec<_>>()
+        .join("\n\n")
 }
 
 #[test]
 fn each_wrong_file_gives_its_code() {
     let folder = manifests().join("invalid");
     let mut seen = BTreeSet::new();
-    let ours: Vec<_> = codes::all().filter(|code| code.code.starts_with("conf-")).collect();
+    let ours: Vec<_> = codes::all()
+        .filter(|code| code.code.starts_with("conf-"))
+        .collect();
     assert!(ours.len() >= 18);
     for code in ours {
         let own = folder.join(code.code);
@@ -75,12 +96,22 @@ fn each_wrong_file_gives_its_code() {
             assert!(codes::find(&finding.code).is_some(), "{finding:?}");
             seen.insert(finding.code.clone());
         }
-        let found = made.report.findings.iter().any(|finding| finding.code == code.code);
+        let found = made
+            .report
+            .findings
+            .iter()
+            .any(|finding| finding.code == code.code);
         assert!(found, "{}: {}", code.code, shown(&made.report));
         insta::assert_snapshot!(code.code, shown(&made.report));
     }
-    let unused: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    for path in unused.iter().filter(|path| path.extension().is_some_and(|e| e == "conf")) {
+    let unused: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    for path in unused
+        .iter()
+        .filter(|path| path.extension().is_some_and(|e| e == "conf"))
+    {
         let stem = path.file_stem().unwrap().to_str().unwrap();
         assert!(seen.contains(stem), "{stem} is no code");
     }
@@ -99,10 +130,17 @@ fn a_set_up_of_two_managers_becomes_one_system() {
     let overlay = overlay::read("made.yaml", made.overlay.as_bytes()).unwrap();
     let (spec, report) = rts_profile::load("made.xml", text.as_bytes(), None, &[overlay]).unwrap();
     assert_eq!(report, Report::default());
-    let placed: Vec<_> = spec.components.iter().map(|c| (c.instance.as_str(), c.placement.manager.as_deref())).collect();
+    let placed: Vec<_> = spec
+        .components
+        .iter()
+        .map(|c| (c.instance.as_str(), c.placement.manager.as_deref()))
+        .collect();
     let (cpp, py) = (Some("manager_cpp"), Some("manager_py"));
     assert_eq!(placed, [("Sine0", cpp), ("Filter0", cpp), ("Printer0", py)]);
-    assert_eq!(spec.components[0].configuration.active.as_deref(), Some("slow"));
+    assert_eq!(
+        spec.components[0].configuration.active.as_deref(),
+        Some("slow")
+    );
     assert_eq!(spec.components[2].execution_context.rate, Some(50.0));
     // The YAML says the same.
     let yaml = made.text(Format::Yaml);
@@ -115,14 +153,27 @@ fn a_set_up_of_two_managers_becomes_one_system() {
 fn without_rtc_profiles_types_are_guessed_and_said() {
     let folder = manifests().join("rtc_conf");
     let made = converted(&folder, &["conf/rtc_cpp.conf"], &[]);
-    let codes: Vec<&str> = made.report.findings.iter().map(|f| f.code.as_str()).collect();
+    let codes: Vec<&str> = made
+        .report
+        .findings
+        .iter()
+        .map(|f| f.code.as_str())
+        .collect();
     assert_eq!(
         codes,
-        ["conf-unknown-instance", "conf-unknown-type", "conf-unknown-type", "conf-not-carried"]
+        [
+            "conf-unknown-instance",
+            "conf-unknown-type",
+            "conf-unknown-type",
+            "conf-not-carried"
+        ]
     );
     let text = made.text(Format::Xml);
     let (spec, _) = rts_profile::load("made.xml", text.as_bytes(), None, &[]).unwrap();
-    assert_eq!(spec.components[0].full_id, "RTC:unknown:example:SineSource:1.0.0");
+    assert_eq!(
+        spec.components[0].full_id,
+        "RTC:unknown:example:SineSource:1.0.0"
+    );
     assert_eq!(spec.connectors.len(), 1);
 }
 
@@ -139,7 +190,10 @@ fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {
         let path = entry.unwrap().path();
         if path.is_dir() {
             files_below(&path, found);
-        } else if path.to_str().is_some_and(|path| path.ends_with(".conf") || path.ends_with(".conf.sample")) {
+        } else if path
+            .to_str()
+            .is_some_and(|path| path.ends_with(".conf") || path.ends_with(".conf.sample"))
+        {
             found.push(path);
         }
     }
@@ -170,7 +224,11 @@ fn every_real_file_is_read() {
             }
         }
     }
-    println!("{} files, {} refused, {entries} entries", files.len(), refused.len());
+    println!(
+        "{} files, {} refused, {entries} entries",
+        files.len(),
+        refused.len()
+    );
     println!("{}", refused.join("\n"));
     assert!(files.len() >= 109, "the corpus is incomplete");
     // Files of another program, which happen to end in `.conf`.
@@ -191,24 +249,47 @@ fn every_real_set_up_is_converted() {
     let mut said = Vec::new();
     let mut made = 0;
     for path in files {
-        let name = path.strip_prefix(&corpus).unwrap().to_str().unwrap().to_owned();
+        let name = path
+            .strip_prefix(&corpus)
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .to_owned();
         let bytes = std::fs::read(&path).unwrap();
-        let Ok(conf) = read(&name, &bytes) else { continue };
+        let Ok(conf) = read(&name, &bytes) else {
+            continue;
+        };
         let precreate = conf.get("manager.components.precreate");
         if precreate.is_none_or(|entry| entry.value.is_empty()) {
             continue;
         }
         let result = converted(&corpus, &[&name], &[]);
-        assert!(!result.report.has_errors(), "{name}: {}", shown(&result.report));
+        assert!(
+            !result.report.has_errors(),
+            "{name}: {}",
+            shown(&result.report)
+        );
         let text = result.text(Format::Xml);
         let (spec, report) = rts_profile::load("made.xml", text.as_bytes(), None, &[]).unwrap();
         assert_eq!(report, Report::default(), "{name}");
         overlay::read("made.yaml", result.overlay.as_bytes()).unwrap();
         made += 1;
-        let warned = result.report.findings.iter().filter(|f| f.severity == Severity::Warning);
+        let warned = result
+            .report
+            .findings
+            .iter()
+            .filter(|f| f.severity == Severity::Warning);
         let warned: BTreeSet<&str> = warned.map(|f| f.code.as_str()).collect();
-        let components: Vec<&str> = spec.components.iter().map(|c| c.instance.as_str()).collect();
-        said.push(format!("{name}: {} | {}", components.join(", "), warned.into_iter().collect::<Vec<_>>().join(", ")));
+        let components: Vec<&str> = spec
+            .components
+            .iter()
+            .map(|c| c.instance.as_str())
+            .collect();
+        said.push(format!(
+            "{name}: {} | {}",
+            components.join(", "),
+            warned.into_iter().collect::<Vec<_>>().join(", ")
+        ));
     }
     println!("{made} set-ups");
     insta::assert_snapshot!("real_set_ups", said.join("\n"));
@@ -232,5 +313,9 @@ fn a_file_that_names_itself_or_too_much_ends() {
     let mut report = Report::default();
     let setup = load(&[("rtc.conf", text.as_bytes())], &Anything, &mut report);
     assert_eq!(setup.managers[0].components.len(), 1000);
-    assert!(report.findings.iter().any(|f| f.code == "too-large"), "{}", report.findings.len());
+    assert!(
+        report.findings.iter().any(|f| f.code == "too-large"),
+        "{}",
+        report.findings.len()
+    );
 }

@@ -177,4 +177,11 @@ two components; this one is left out.",
 Profiles of version 0.1 have no groups, no order but StartUp and no constraints; RTC Profiles of 0.3 have no Parameters, those of 0.2 no
 event ports. `rtsctl convert` refuses to lose it; with `--force` it is left out, and named in a warning.",
     },
+    Code {
+        code: "comments-left-out",
+        title: "comments of the XML are not in the YAML",
+        explain: "\
+YAML profiles keep every value and every unknown element, but no comments and no processing instructions. Keep the XML file, or write
+the comments into the YAML by hand.",
+    },
 ];

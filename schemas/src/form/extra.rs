@@ -43,33 +43,16 @@ impl Extra {
         self.0.get_or_insert_default()
     }
 
-    /// The same beside a form of another type: the order goes by the names of the fields, and those that the other type
-    /// does not have are no part of it.
+    /// The same beside a form of another type. The order is that of the other type's schema; what has no field stays
+    /// before what stood behind it.
     #[must_use]
     pub fn moved(&self, from: &FormType, to: &FormType) -> Self {
         let Some(beside) = &self.0 else {
             return Self::default();
         };
         let mut beside = beside.clone();
-        let index = |at: usize| {
-            let name = from.fields.get(at)?.name;
-            let found = to.fields.iter().position(|field| field.name == name)?;
-            let same = to.fields[found].local == from.fields[at].local;
-            Some((u16::try_from(found).ok()?, same))
-        };
         for order in [&mut beside.attribute_order, &mut beside.node_order] {
-            let places = std::mem::take(order).into_iter();
-            *order = places
-                .filter_map(|place| match place {
-                    Place::Other => Some(Place::Other),
-                    Place::Field(at) => index(usize::from(at)).map(|(at, _)| Place::Field(at)),
-                    Place::Spelled(at, name) => index(usize::from(at)).map(|(at, same)| match same {
-                        true => Place::Spelled(at, name),
-                        // The element has another name there.
-                        false => Place::Field(at),
-                    }),
-                })
-                .collect();
+            *order = moved(std::mem::take(order), from, to);
         }
         Self(Some(beside))
     }
@@ -91,6 +74,33 @@ impl Extra {
             self.0 = None;
         }
     }
+}
+
+/// An order in the fields of another type, which are found by their names.
+fn moved(order: Vec<Place>, from: &FormType, to: &FormType) -> Vec<Place> {
+    let index = |at: usize| {
+        let old = from.fields.get(at)?;
+        let new = to.fields.iter().position(|field| field.name == old.name)?;
+        Some((u16::try_from(new).ok()?, to.fields[new].local == old.local))
+    };
+    let mut groups: Vec<(u16, Vec<Place>)> = Vec::new();
+    let mut others = Vec::new();
+    for place in order {
+        let Some((new, same)) = place.field().and_then(index) else {
+            others.extend((place == Place::Other).then_some(Place::Other));
+            continue;
+        };
+        let place = match place {
+            Place::Spelled(_, name) if same => Place::Spelled(new, name),
+            _ => Place::Field(new),
+        };
+        let mut group = std::mem::take(&mut others);
+        group.push(place);
+        groups.push((new, group));
+    }
+    groups.sort_by_key(|(field, _)| *field);
+    let groups = groups.into_iter().flat_map(|(_, group)| group);
+    groups.chain(others).collect()
 }
 
 /// A node without a field.

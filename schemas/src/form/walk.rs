@@ -1,10 +1,10 @@
 //! Goes through a form and all in it: to change texts wherever they stand, and to take fields away.
 
-use super::{FieldType, Form, FormType, Slot, Value};
+use super::{FieldType, Form, FormType, Slot, Stray, Value};
 use crate::span::{Span, Text};
 
 /// A value that was taken away.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Taken {
     /// Where it stood.
     pub span: Span,
@@ -15,7 +15,10 @@ pub struct Taken {
 }
 
 /// Shows every text of attributes and elements, which may be changed.
-pub fn each_text(form: &mut dyn Form, edit: &mut dyn FnMut(&'static FormType, &'static FieldType, &mut Text)) {
+pub fn each_text(
+    form: &mut dyn Form,
+    edit: &mut dyn FnMut(&'static FormType, &'static FieldType, &mut Text),
+) {
     let of = form.form_type();
     for (at, field) in of.fields.iter().enumerate() {
         match form.slot(at) {
@@ -31,6 +34,20 @@ pub fn each_text(form: &mut dyn Form, edit: &mut dyn FnMut(&'static FormType, &'
             None => {}
         }
     }
+}
+
+/// How many comments and processing instructions stand in a form, which YAML has no place for.
+pub fn comments(form: &dyn Form) -> usize {
+    let strays = form.extra().get().strays.iter();
+    let own = strays.filter(|stray| matches!(stray, Stray::Comment(_) | Stray::Instruction(_)));
+    let inner = (0..form.form_type().fields.len()).map(|at| match form.value(at) {
+        Value::Forms(forms) => (0..forms.count())
+            .filter_map(|index| forms.form(index))
+            .map(comments)
+            .sum(),
+        Value::Text(_) | Value::Texts(_) => 0,
+    });
+    own.count() + inner.sum::<usize>()
 }
 
 /// Takes the values of these fields (name of the type, name of the field) away.

@@ -70,7 +70,13 @@ impl<T: Default> Named<T> {
 
 impl ComponentConf {
     /// Sets what a key says.
-    pub fn lay(&mut self, key: &str, value: &str, place: impl Fn() -> Option<Place>, report: &mut Report) {
+    pub fn lay(
+        &mut self,
+        key: &str,
+        value: &str,
+        place: impl Fn() -> Option<Place>,
+        report: &mut Report,
+    ) {
         let own = || (!value.is_empty()).then(|| value.to_owned());
         if let Some(rest) = key.strip_prefix("conf.")
             && let Some((set, name)) = rest.split_once('.')
@@ -105,7 +111,8 @@ pub(super) fn rate(text: &str) -> Result<Option<String>, String> {
 /// What is said of a rate that is none.
 pub(super) fn bad_rate(message: String) -> Finding {
     let finding = Finding::new(Severity::Warning, "conf-bad-value", message);
-    finding.help("write a number of cycles in a second, from 0.001 to 1000000; this one is left out")
+    finding
+        .help("write a number of cycles in a second, from 0.001 to 1000000; this one is left out")
 }
 
 #[cfg(test)]
@@ -128,12 +135,25 @@ mod tests {
         ] {
             conf.lay(key, value, || None, &mut report);
         }
-        let sets: Vec<_> = conf.sets.iter().map(|(name, set)| (name, set.iter().collect::<Vec<_>>())).collect();
+        let sets: Vec<_> = conf
+            .sets
+            .iter()
+            .map(|(name, set)| (name, set.iter().collect::<Vec<_>>()))
+            .collect();
         let (a, b, text) = ("2".to_owned(), "3".to_owned(), "text".to_owned());
-        assert_eq!(sets, [("default", vec![("b", &b), ("a", &a)]), ("__widget__", vec![("a", &text)])]);
+        assert_eq!(
+            sets,
+            [
+                ("default", vec![("b", &b), ("a", &a)]),
+                ("__widget__", vec![("a", &text)])
+            ]
+        );
         assert_eq!(conf.rate.as_deref(), Some("100.0"));
         assert_eq!(conf.active.as_deref(), Some("mode0"));
-        assert_eq!(conf.others.get("language").map(String::as_str), Some("Python"));
+        assert_eq!(
+            conf.others.get("language").map(String::as_str),
+            Some("Python")
+        );
         assert_eq!(report.findings.len(), 1);
     }
 }

@@ -50,15 +50,19 @@ pub fn convert(setup: &Setup, options: &Options<'_>) -> Converted {
     if components.is_empty() {
         report.push(no_component(setup));
     }
-    let instances: HashMap<&str, &Component> =
-        components.iter().map(|(_, c)| (c.instance.as_str(), *c)).collect();
+    let instances: HashMap<&str, &Component> = components
+        .iter()
+        .map(|(_, c)| (c.instance.as_str(), *c))
+        .collect();
     let mut made = Made {
         setup,
         types: &types,
         instances,
+        unknown: 0,
         report,
     };
     let connections = made.connections();
+    let ends = connectors::ends(&connections);
     let ids = made.ids(&components);
     let name = name(setup, options);
     let mut profile = Profile {
@@ -70,16 +74,19 @@ pub fn convert(setup: &Setup, options: &Options<'_>) -> Converted {
         ..Profile::default()
     };
     for (index, (manager, component)) in components.iter().enumerate() {
-        let mut form = made.component(index, manager, component, &ids, &connections);
+        let mut form = made.component(index, manager, component, &ids, &ends);
         if options.managers_inside {
-            form.properties.push(property("rtsctl.manager", &component.manager));
+            form.properties
+                .push(property("rtsctl.manager", &component.manager));
         }
         profile.components.push(form);
     }
     made.connectors(&connections, &ids, &mut profile);
     profile.activation.extend(made.activation(&ids));
     made.not_carried();
-    let managers = components.iter().map(|(_, c)| (c.instance.as_str(), c.manager.as_str()));
+    let managers = components
+        .iter()
+        .map(|(_, c)| (c.instance.as_str(), c.manager.as_str()));
     Converted {
         overlay: overlay::write(&name, managers),
         profile,
@@ -98,7 +105,9 @@ impl Converted {
 fn name(setup: &Setup, options: &Options<'_>) -> String {
     let first = setup.managers.first().map_or("", |m| m.conf.source.name());
     let given = options.name.and_then(names::dns_label);
-    given.or_else(|| system_name(first)).unwrap_or_else(|| "system".to_owned())
+    given
+        .or_else(|| system_name(first))
+        .unwrap_or_else(|| "system".to_owned())
 }
 
 /// Each instance once: a name stands for one component.
@@ -110,9 +119,13 @@ fn distinct<'a>(setup: &'a Setup, report: &mut Report) -> Vec<(&'a Manager, &'a 
             let instance = component.instance.as_str();
             if let Some(first) = seen.get(instance) {
                 let place = first.place.as_ref();
-                let place = place.map_or_else(String::new, |p| format!(" by {}:{}", p.file, p.line));
+                let place =
+                    place.map_or_else(String::new, |p| format!(" by {}:{}", p.file, p.line));
                 let message = format!("a component called `{instance}` is made{place} already");
-                let help = format!("name this one: `{}?instance_name=NAME`", component.type_name);
+                let help = format!(
+                    "name this one: `{}?instance_name=NAME`",
+                    component.type_name
+                );
                 let finding = Finding::error("conf-duplicate-instance", message);
                 report.push(finding.at(component.place.clone()).help(help));
             } else if let Some(problem) = names::instance_name_problem(instance) {
@@ -132,11 +145,18 @@ fn distinct<'a>(setup: &'a Setup, report: &mut Report) -> Vec<(&'a Manager, &'a 
 fn no_component(setup: &Setup) -> Finding {
     let entry = setup.managers.iter().find_map(|manager| {
         let conf = &manager.conf;
-        let entry = conf.get("manager.components.precreate").or(conf.entries.first())?;
+        let entry = conf
+            .get("manager.components.precreate")
+            .or(conf.entries.first())?;
         conf.place(entry.key.span)
     });
-    let finding = Finding::error("conf-no-component", "no component is made, so there is no system");
-    finding.at(entry).help("name the types in `manager.components.precreate`")
+    let finding = Finding::error(
+        "conf-no-component",
+        "no component is made, so there is no system",
+    );
+    finding
+        .at(entry)
+        .help("name the types in `manager.components.precreate`")
 }
 
 /// What is known while the profile is made.
@@ -144,8 +164,13 @@ struct Made<'a> {
     setup: &'a Setup,
     types: &'a Types<'a>,
     instances: HashMap<&'a str, &'a Component>,
+    /// How many names stand for no component.
+    unknown: usize,
     report: Report,
 }
+
+/// Most findings on names that stand for no component; the rest is counted.
+const UNKNOWN: usize = 50;
 
 impl<'a> Made<'a> {
     /// The component that a name means; behind `rtcloc://` a category stands before it.
@@ -155,6 +180,10 @@ impl<'a> Made<'a> {
     }
 
     fn unknown(&mut self, manager: &Manager, name: &str, span: Span, what: &str) {
+        self.unknown += 1;
+        if self.unknown > UNKNOWN {
+            return;
+        }
         let known: Vec<&str> = self.instances.keys().copied().collect();
         let mut help = format!("{what} is left out");
         if let Some(near) = suggest::nearest(name, known) {
@@ -164,7 +193,8 @@ impl<'a> Made<'a> {
         }
         let message = format!("no component called `{name}` is made");
         let finding = Finding::warning("conf-unknown-instance", message);
-        self.report.push(finding.at(manager.conf.place(span)).help(help));
+        self.report
+            .push(finding.at(manager.conf.place(span)).help(help));
     }
 
     /// The order of each manager's list; managers do not wait for each other.
@@ -190,14 +220,21 @@ impl<'a> Made<'a> {
                     target_component: Some(Box::new(TargetExecutionContext {
                         id: text("0"),
                         instance_name: text(component.instance.as_str()),
-                        component_id: ids.get(component.instance.as_str()).and_then(|id| text(id.as_str())),
+                        component_id: ids
+                            .get(component.instance.as_str())
+                            .and_then(|id| text(id.as_str())),
                         ..TargetExecutionContext::default()
                     })),
                     ..forms::Condition::default()
                 });
             }
         }
-        let mut resting: Vec<&str> = self.instances.keys().copied().filter(|i| !active.contains(i)).collect();
+        let mut resting: Vec<&str> = self
+            .instances
+            .keys()
+            .copied()
+            .filter(|i| !active.contains(i))
+            .collect();
         resting.sort_unstable();
         if !resting.is_empty() {
             let message = format!(
@@ -205,21 +242,41 @@ impl<'a> Made<'a> {
                 suggest::listed(resting.iter().copied())
             );
             let finding = Finding::new(Severity::Note, "conf-not-activated", message);
-            self.report.push(finding.help("`rtsctl apply` activates every component"));
+            self.report
+                .push(finding.help("`rtsctl apply` activates every component"));
         }
         (!order.targets.is_empty()).then_some(order)
     }
 
     /// What a profile has no place for.
     fn not_carried(&mut self) {
+        if self.unknown > UNKNOWN {
+            let message = format!(
+                "{} more names stand for no component",
+                self.unknown - UNKNOWN
+            );
+            let finding = Finding::warning("conf-unknown-instance", message);
+            self.report
+                .push(finding.help("what is said of them is left out"));
+        }
         for manager in &self.setup.managers {
             let view = &manager.view;
             let mut keys: Vec<&Text> = view.others.iter().collect();
-            let modules = ["manager.modules.load_path", "manager.modules.preload", "manager.modules.abs_path_allowed"];
-            let more = [("corba.nameservers", view.nameservers.len() > 1), ("naming.formats", view.naming_formats.len() > 1)];
+            let modules = [
+                "manager.modules.load_path",
+                "manager.modules.preload",
+                "manager.modules.abs_path_allowed",
+            ];
+            let more = [
+                ("corba.nameservers", view.nameservers.len() > 1),
+                ("naming.formats", view.naming_formats.len() > 1),
+            ];
             let more = more.iter().filter(|(_, more)| *more).map(|(key, _)| *key);
             for key in modules.into_iter().chain(more).chain(["naming.enable"]) {
-                let entry = manager.conf.get(key).filter(|entry| !entry.value.is_empty());
+                let entry = manager
+                    .conf
+                    .get(key)
+                    .filter(|entry| !entry.value.is_empty());
                 keys.extend(entry.map(|entry| &entry.key));
             }
             keys.sort_by_key(|key| key.span.start);
@@ -228,7 +285,8 @@ impl<'a> Made<'a> {
             let message = format!("a profile has no place for {}", names.join(", "));
             let finding = Finding::new(Severity::Note, "conf-not-carried", message);
             let help = "modules are found where the agent looks for them; of several name servers and formats the first counts";
-            self.report.push(finding.at(manager.conf.place(first.span)).help(help));
+            self.report
+                .push(finding.at(manager.conf.place(first.span)).help(help));
         }
     }
 }

@@ -10,7 +10,10 @@ pub const SIZE_LIMIT: usize = 1 << 20;
 /// The text of a file, and the name of its encoding.
 pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<(String, &'static str), Box<Finding>> {
     if bytes.len() > SIZE_LIMIT {
-        let message = format!("{name} has {} bytes; at most {SIZE_LIMIT} are read", bytes.len());
+        let message = format!(
+            "{name} has {} bytes; at most {SIZE_LIMIT} are read",
+            bytes.len()
+        );
         let finding = Finding::error("too-large", message).help("is this the right file?");
         return Err(Box::new(finding));
     }
@@ -32,7 +35,11 @@ fn strict(encoding: &'static Encoding, bytes: &[u8]) -> Option<(String, &'static
 
 /// Most texts in one of the two encodings can be read in the other, but then they are full of half-width katakana.
 fn japanese(bytes: &[u8]) -> Option<(String, &'static str)> {
-    let half_width = |text: &str| text.chars().filter(|c| ('\u{ff61}'..='\u{ff9f}').contains(c)).count();
+    let half_width = |text: &str| {
+        text.chars()
+            .filter(|c| ('\u{ff61}'..='\u{ff9f}').contains(c))
+            .count()
+    };
     match (strict(SHIFT_JIS, bytes), strict(EUC_JP, bytes)) {
         (Some(sjis), Some(euc)) if half_width(&euc.0) < half_width(&sjis.0) => Some(euc),
         (Some(sjis), _) => Some(sjis),
@@ -46,7 +53,11 @@ fn not_text(name: &str, bytes: &[u8]) -> Box<Finding> {
     let place = Source::new(name, valid.as_ref()).place(at, at + 1);
     let message = format!("{name} is no text, so it is no configuration file");
     let help = "it must be text in UTF-8, Shift_JIS or EUC-JP";
-    Box::new(Finding::error("conf-not-text", message).at(Some(place)).help(help))
+    Box::new(
+        Finding::error("conf-not-text", message)
+            .at(Some(place))
+            .help(help),
+    )
 }
 
 #[cfg(test)]
@@ -56,7 +67,11 @@ mod tests {
     #[test]
     fn japanese_comments_are_read_in_any_encoding() {
         let text = "# 設定ファイルです。カタカナも。\nnaming.enable: YES\n";
-        let encodings = [(UTF_8, "UTF-8"), (SHIFT_JIS, "Shift_JIS"), (EUC_JP, "EUC-JP")];
+        let encodings = [
+            (UTF_8, "UTF-8"),
+            (SHIFT_JIS, "Shift_JIS"),
+            (EUC_JP, "EUC-JP"),
+        ];
         for (encoding, name) in encodings {
             let bytes = encoding.encode(text).0;
             assert_eq!(decode("rtc.conf", &bytes).unwrap(), (text.to_owned(), name));
@@ -68,7 +83,10 @@ mod tests {
     #[test]
     fn what_is_no_text_is_refused() {
         for bytes in [&b"a\0b"[..], b"\xff\xff\xff"] {
-            assert_eq!(decode("order.conf", bytes).unwrap_err().code, "conf-not-text");
+            assert_eq!(
+                decode("order.conf", bytes).unwrap_err().code,
+                "conf-not-text"
+            );
         }
         let large = vec![b'#'; SIZE_LIMIT + 1];
         assert_eq!(decode("rtc.conf", &large).unwrap_err().code, "too-large");

@@ -59,7 +59,9 @@ impl Entry {
     }
 
     fn offset(&self, at: usize) -> usize {
-        let run = self.runs.partition_point(|(start, _)| *start as usize <= at);
+        let run = self
+            .runs
+            .partition_point(|(start, _)| *start as usize <= at);
         match self.runs.get(run.saturating_sub(1)) {
             Some((start, source)) => *source as usize + at.saturating_sub(*start as usize),
             None => self.key.span.start,
@@ -84,7 +86,9 @@ impl Conf {
 /// # Errors
 /// A report with one error when it cannot be read at all: size, or no text.
 pub fn read(file_name: &str, bytes: &[u8]) -> Result<Conf, Report> {
-    let alone = |finding| Report { findings: vec![finding] };
+    let alone = |finding| Report {
+        findings: vec![finding],
+    };
     let (text, encoding) = decode(file_name, bytes).map_err(|finding| alone(*finding))?;
     let source = Source::new(file_name, text);
     let mut reader = Reader::new(&source);
@@ -167,7 +171,12 @@ impl<'a> Reader<'a> {
             let end = line.source(line.text.len().saturating_sub(1));
             let message = "the file ends in a line that is to go on";
             let help = "OpenRTM-aist does not read such a line: take the last `\\` away";
-            self.warn("conf-dangling-continuation", message.into(), (end, end + 1), help);
+            self.warn(
+                "conf-dangling-continuation",
+                message.into(),
+                (end, end + 1),
+                help,
+            );
             self.entry(&line);
         }
     }
@@ -176,7 +185,9 @@ impl<'a> Reader<'a> {
         let text = line.text.as_str();
         let unescaped = |wanted: &[char]| {
             let mut found = text.char_indices().filter(|(_, c)| wanted.contains(c));
-            found.find(|(at, _)| !is_escaped(text, *at)).map(|(at, _)| at)
+            found
+                .find(|(at, _)| !is_escaped(text, *at))
+                .map(|(at, _)| at)
         };
         let marked = unescaped(&[':', '=']);
         let at = marked.or_else(|| unescaped(&[' '])).unwrap_or(text.len());
@@ -211,7 +222,8 @@ impl<'a> Reader<'a> {
         match self.index.get(&entry.key.value).copied() {
             Some(old) => self.again(old, entry),
             None => {
-                self.index.insert(entry.key.value.clone(), self.entries.len());
+                self.index
+                    .insert(entry.key.value.clone(), self.entries.len());
                 self.entries.push(entry);
             }
         }
@@ -219,7 +231,10 @@ impl<'a> Reader<'a> {
 
     fn again(&mut self, old: usize, entry: Entry) {
         let before = &mut self.entries[old];
-        let line = self.source.place(before.key.span.start, before.key.span.end).line;
+        let line = self
+            .source
+            .place(before.key.span.start, before.key.span.end)
+            .line;
         let message = format!("`{}` is given again, after line {line}", entry.key.value);
         let span = (entry.key.span.start, entry.key.span.end);
         *before = entry;
@@ -255,7 +270,9 @@ fn unescape(text: &str, source: impl Fn(usize) -> usize) -> (String, Vec<(u32, u
     let mut runs: Vec<(u32, u32)> = Vec::new();
     let mut note = |plain: usize, at: usize| {
         let (plain, at) = (plain as u32, source(at) as u32);
-        let goes_on = runs.last().is_some_and(|(p, a)| plain - p == at.wrapping_sub(*a));
+        let goes_on = runs
+            .last()
+            .is_some_and(|(p, a)| plain - p == at.wrapping_sub(*a));
         if !goes_on {
             runs.push((plain, at));
         }
@@ -282,7 +299,10 @@ mod tests {
 
     fn entries(text: &str) -> Vec<(String, String)> {
         let conf = read("rtc.conf", text.as_bytes()).unwrap();
-        conf.entries.into_iter().map(|e| (e.key.value, e.value)).collect()
+        conf.entries
+            .into_iter()
+            .map(|e| (e.key.value, e.value))
+            .collect()
     }
 
     fn pair(key: &str, value: &str) -> (String, String) {
@@ -291,7 +311,8 @@ mod tests {
 
     #[test]
     fn lines_are_read_as_openrtm_reads_them() {
-        let text = "# comment\n! comment\n\n a.b: c d \r\ne=f:g\nUser Interface.x.config_file:y\nempty:\n";
+        let text =
+            "# comment\n! comment\n\n a.b: c d \r\ne=f:g\nUser Interface.x.config_file:y\nempty:\n";
         assert_eq!(
             entries(text),
             [
@@ -305,16 +326,24 @@ mod tests {
             entries("a: 1, \\\n   # in between\n\n   2,\\\n\t3\nb: 4\n"),
             [pair("a", "1, 2,3"), pair("b", "4")]
         );
-        assert_eq!(entries("a\\:b: c\\\\\nd: e\\tf\n"), [pair("a:b", "c\\"), pair("d", "e\tf")]);
+        assert_eq!(
+            entries("a\\:b: c\\\\\nd: e\\tf\n"),
+            [pair("a:b", "c\\"), pair("d", "e\tf")]
+        );
     }
 
     #[test]
     fn oddities_are_warnings_with_their_place() {
         let conf = read("rtc.conf", b"a: 1\nb c d\na: 2\ne: f \\").unwrap();
-        let said: Vec<_> = conf.findings.findings.iter().map(|f| {
-            let place = f.place.as_ref().unwrap();
-            (f.code.as_str(), place.line, place.column)
-        }).collect();
+        let said: Vec<_> = conf
+            .findings
+            .findings
+            .iter()
+            .map(|f| {
+                let place = f.place.as_ref().unwrap();
+                (f.code.as_str(), place.line, place.column)
+            })
+            .collect();
         assert_eq!(
             said,
             [
@@ -339,7 +368,10 @@ mod tests {
             let span = entry.span(at, at + word.len());
             let place = conf.place(span).unwrap();
             let line = text.lines().nth(place.line - 1).unwrap();
-            let column = line.find(if word == ":ree" { "\\:ree" } else { word }).unwrap() + 1;
+            let column = line
+                .find(if word == ":ree" { "\\:ree" } else { word })
+                .unwrap()
+                + 1;
             assert_eq!(place.column, column, "{word}");
         }
     }
@@ -358,6 +390,9 @@ mod tests {
     #[test]
     fn too_many_entries_are_refused() {
         let many = (0..=ENTRIES).fold(String::new(), |text, n| text + &format!("k{n}\n"));
-        assert_eq!(read("rtc.conf", many.as_bytes()).unwrap_err().findings[0].code, "too-large");
+        assert_eq!(
+            read("rtc.conf", many.as_bytes()).unwrap_err().findings[0].code,
+            "too-large"
+        );
     }
 }

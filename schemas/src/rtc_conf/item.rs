@@ -2,6 +2,9 @@
 
 use crate::span::{Span, Text};
 
+/// Most ports of one connection.
+const PORTS: usize = 100;
+
 /// A component to make: `Type?instance_name=X&key=value`, or with its whole id before the `?`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Precreate {
@@ -43,14 +46,14 @@ pub(super) type Fault = (String, &'static str);
 impl Precreate {
     pub(super) fn of(item: &Text) -> Result<Self, Fault> {
         const FORM: &str = "write `Type`, `Type?instance_name=NAME&key=value` or `RTC:vendor:category:Type:version`";
-        let (head, query) = split_query(&item.value).ok_or_else(|| {
-            (format!("`{}` has more than one `?`", item.value), FORM)
-        })?;
+        let (head, query) = split_query(&item.value)
+            .ok_or_else(|| (format!("`{}` has more than one `?`", item.value), FORM))?;
         let fields: Vec<&str> = head.split(':').map(str::trim).collect();
         let (type_name, id) = match fields.as_slice() {
             [name] => (*name, None),
             ["RTC", vendor, category, name] => (*name, Some([vendor, category, &""])),
-            ["RTC", vendor, category, name, version] | ["RTC", vendor, category, name, _, version] => {
+            ["RTC", vendor, category, name, version]
+            | ["RTC", vendor, category, name, _, version] => {
                 (*name, Some([vendor, category, version]))
             }
             _ => return Err((format!("`{head}` is no id of a component"), FORM)),
@@ -82,7 +85,9 @@ impl Preconnect {
             None => {
                 let (head, query) = split_query(text)
                     .ok_or_else(|| (format!("`{text}` has more than one `?`"), FORM))?;
-                let (peers, others) = arguments(query).into_iter().partition(|(key, _)| is_port(key));
+                let (peers, others) = arguments(query)
+                    .into_iter()
+                    .partition(|(key, _)| is_port(key));
                 let peers: Vec<(String, String)> = peers;
                 let first = head.trim().to_owned();
                 let ports = std::iter::once(first).chain(peers.into_iter().map(|(_, port)| port));
@@ -91,13 +96,20 @@ impl Preconnect {
         };
         let mut read = Vec::with_capacity(ports.len());
         for port in &ports {
-            let port = Port::of(port).ok_or_else(|| {
-                (format!("`{port}` names no port of a component"), FORM)
-            })?;
+            let port = Port::of(port)
+                .ok_or_else(|| (format!("`{port}` names no port of a component"), FORM))?;
             read.push(port);
         }
+        if read.len() > PORTS {
+            return Err((
+                format!("it connects {} ports, more than {PORTS}", read.len()),
+                FORM,
+            ));
+        }
         let peers = read.split_off(1.min(read.len()));
-        let port = read.pop().ok_or_else(|| (format!("`{text}` names no port"), FORM))?;
+        let port = read
+            .pop()
+            .ok_or_else(|| (format!("`{text}` names no port"), FORM))?;
         Ok(Self {
             span: item.span,
             port,
@@ -137,7 +149,10 @@ fn older(text: &str) -> Option<(Vec<String>, &str)> {
         Some((ports, query)) => (ports, query.trim_end().strip_suffix(')')?),
         None => (text, ""),
     };
-    let ports: Vec<String> = ports.split(':').map(|port| port.trim().to_owned()).collect();
+    let ports: Vec<String> = ports
+        .split(':')
+        .map(|port| port.trim().to_owned())
+        .collect();
     (ports.len() > 1).then_some((ports, query))
 }
 
@@ -157,7 +172,8 @@ fn arguments(query: &str) -> Vec<(String, String)> {
 
 /// `port`, `port0`, `port1`, …
 fn is_port(key: &str) -> bool {
-    key.strip_prefix("port").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+    key.strip_prefix("port")
+        .is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
 #[cfg(test)]
@@ -188,7 +204,13 @@ mod tests {
         assert_eq!(far.1, ["ConsoleOut0/in"]);
         let located = connect("A0.out?port=rtcloc://localhost:2810/example.B0.in").unwrap();
         assert_eq!(located.1, ["example.B0/in"]);
-        for wrong in ["A0", "A0.out?port=B0", "a.b?c?d", "?port=a.b", ".out?port=B0.in"] {
+        for wrong in [
+            "A0",
+            "A0.out?port=B0",
+            "a.b?c?d",
+            "?port=a.b",
+            ".out?port=B0.in",
+        ] {
             assert!(connect(wrong).is_err(), "{wrong}");
         }
     }

@@ -95,10 +95,10 @@ pub(super) fn is_known(key: &str) -> bool {
 pub(super) fn nearest(key: &str) -> Option<&'static str> {
     match key {
         "manager.components.preactivate" => Some("manager.components.preactivation"),
-        key => suggest::nearest(key, KNOWN).filter(|near| {
-            // A word apart is another key.
-            near.matches('.').count() == key.matches('.').count()
-        }),
+        // Two letters apart at most: a word apart is another key.
+        key => {
+            suggest::nearest(key, KNOWN).filter(|near| strsim::damerau_levenshtein(key, near) <= 2)
+        }
     }
 }
 
@@ -110,7 +110,9 @@ mod tests {
     fn known_keys_and_slips() {
         assert!(is_known("manager.components.precreate"));
         assert!(is_known("exec_cxt.periodic.rate") && is_known("logger.logstream.a.b"));
-        assert!(!is_known("manager.component.precreate") && !is_known("Category.X0.conf.default.a"));
+        assert!(
+            !is_known("manager.component.precreate") && !is_known("Category.X0.conf.default.a")
+        );
         let meant = nearest("manager.component.precreate");
         assert_eq!(meant, Some("manager.components.precreate"));
         assert_eq!(nearest("manager.modules.loadRTCs"), None);

@@ -65,11 +65,16 @@ mod tests {
     #[test]
     fn commas_in_brackets_part_nothing() {
         let items = |value: &str| -> Vec<String> {
-            ranges(value).map(|(start, end)| value[start..end].to_owned()).collect()
+            ranges(value)
+                .map(|(start, end)| value[start..end].to_owned())
+                .collect()
         };
         assert_eq!(items("a, b(c,d) ,,e,"), ["a", "b(c,d)", "e"]);
         assert_eq!(items("a(b,c"), ["a(b", "c"]);
-        assert_eq!(items("x.out:y.in(k=v&l=(0,1)),z"), ["x.out:y.in(k=v&l=(0,1))", "z"]);
+        assert_eq!(
+            items("x.out:y.in(k=v&l=(0,1)),z"),
+            ["x.out:y.in(k=v&l=(0,1))", "z"]
+        );
         assert!(items(" , ").is_empty());
     }
 }

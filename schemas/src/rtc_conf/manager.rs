@@ -1,10 +1,13 @@
 //! What an `rtc.conf` says of its manager.
 
 use super::entries::{Conf, Entry};
-use super::item::{Fault, Precreate, Preconnect};
+use super::item::{Fault, Preconnect, Precreate};
 use super::{keys, list};
 use crate::diagnostic::{Finding, Report, Severity};
 use crate::span::{Span, Text};
+
+/// Most files of which one is looked for.
+const PATHS: usize = 10;
 
 /// A manager: what it makes, connects and activates when it starts, and how it names things.
 #[derive(Debug, Clone, Default)]
@@ -120,7 +123,11 @@ impl Reader<'_> {
                 return;
             }
             let paths = entry.path();
-            let paths = paths.split(',').map(str::trim).filter(|path| !path.is_empty());
+            let paths = paths
+                .split(',')
+                .map(str::trim)
+                .filter(|path| !path.is_empty());
+            let paths = paths.take(PATHS);
             self.read.component_files.push(ComponentFile {
                 category: category.trim().to_owned(),
                 name: name.trim().to_owned(),
@@ -155,7 +162,8 @@ impl Reader<'_> {
                 Ok(item) => all.push(item),
                 Err((message, help)) => {
                     let finding = Finding::error("conf-bad-item", message);
-                    self.report.push(finding.at(self.conf.place(item.span)).help(help));
+                    self.report
+                        .push(finding.at(self.conf.place(item.span)).help(help));
                 }
             }
         }
@@ -165,10 +173,14 @@ impl Reader<'_> {
     fn boolean(&mut self, entry: &Entry) -> Option<bool> {
         let read = yes_or_no(&entry.value);
         if read.is_none() {
-            let message = format!("`{}` is `{}`, which is neither YES nor NO", entry.key.value, entry.value);
+            let message = format!(
+                "`{}` is `{}`, which is neither YES nor NO",
+                entry.key.value, entry.value
+            );
             let finding = Finding::new(Severity::Warning, "conf-bad-value", message);
             let place = self.conf.place(entry.text().span);
-            self.report.push(finding.at(place).help("write `YES` or `NO`"));
+            self.report
+                .push(finding.at(place).help("write `YES` or `NO`"));
         }
         read
     }

@@ -8,7 +8,12 @@ pub(super) fn write<'a>(name: &str, managers: impl Iterator<Item = (&'a str, &'a
     // Writing into a string never fails.
     let _ = writeln!(text, "  name: {}\nspec:\n  components:", scalar(name));
     for (instance, manager) in managers {
-        let _ = writeln!(text, "    {}:\n      manager: {}", scalar(instance), scalar(manager));
+        let _ = writeln!(
+            text,
+            "    {}:\n      manager: {}",
+            scalar(instance),
+            scalar(manager)
+        );
     }
     text
 }
@@ -16,7 +21,9 @@ pub(super) fn write<'a>(name: &str, managers: impl Iterator<Item = (&'a str, &'a
 /// A text that YAML takes for that text.
 fn scalar(text: &str) -> String {
     let plain = text.starts_with(|c: char| c.is_ascii_alphabetic())
-        && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+        && text
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
     let special = ["true", "false", "null", "yes", "no", "on", "off", "y", "n"];
     if plain && !special.contains(&text.to_ascii_lowercase().as_str()) {
         return text.to_owned();

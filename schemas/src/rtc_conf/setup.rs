@@ -6,9 +6,9 @@ use std::rc::Rc;
 use super::component::{ComponentConf, bad_rate, rate};
 use super::entries::{Conf, Entry, read};
 use super::item::Precreate;
+use super::keys;
 use super::manager::{ComponentFile, ManagerConf};
 use super::sources::{Bounded, Sources};
-use super::keys;
 use crate::diagnostic::{Finding, Place, Report, Severity};
 use crate::names;
 use crate::suggest;
@@ -16,7 +16,7 @@ use crate::suggest;
 /// Most values that are laid on the components of a set-up.
 const VALUES: usize = 100_000;
 
-/// Most findings on unknown keys of a file.
+/// Most findings on unknown keys, and on unknown components, of a file; the rest is counted.
 const UNKNOWN: usize = 50;
 
 /// Managers with their components.
@@ -69,7 +69,9 @@ pub fn load(files: &[(&str, &[u8])], sources: &dyn Sources, report: &mut Report)
         numbers: HashMap::new(),
         values: 0,
     };
-    let managers = files.iter().filter_map(|(path, bytes)| loader.manager(path, bytes));
+    let managers = files
+        .iter()
+        .filter_map(|(path, bytes)| loader.manager(path, bytes));
     Setup {
         managers: managers.collect(),
     }
@@ -129,7 +131,10 @@ impl Loader<'_> {
         let found = given.as_deref().and_then(names::manager_name);
         let mut name = found.unwrap_or_else(|| stem.clone());
         if let Some(text) = view.name.as_ref().filter(|text| text.trimmed() != name) {
-            let message = format!("`{}` cannot name a manager here, it is called `{name}`", text.value);
+            let message = format!(
+                "`{}` cannot name a manager here, it is called `{name}`",
+                text.value
+            );
             let finding = Finding::new(Severity::Note, "conf-manager-name", message);
             let help = "a manager's name has 1 to 63 letters, digits, `-`, `_` and `.`";
             self.report.push(finding.at(place.clone()).help(help));
@@ -139,7 +144,9 @@ impl Loader<'_> {
             let other = Some(stem).filter(|stem| !self.names.contains(stem));
             let other = other.or_else(|| numbers.find(|n| !self.names.contains(n)));
             let other = other.unwrap_or_default();
-            let message = format!("another file's manager is called `{name}` too; this one is called `{other}`");
+            let message = format!(
+                "another file's manager is called `{name}` too; this one is called `{other}`"
+            );
             let finding = Finding::new(Severity::Note, "conf-manager-name", message);
             let help = "give each file a `manager.instance_name` of its own";
             self.report.push(finding.at(place).help(help));
@@ -159,12 +166,18 @@ impl Loader<'_> {
                 true => String::new(),
                 false => manager.clone(),
             };
-            let count = self.numbers.entry((process, item.type_name.clone())).or_default();
+            let count = self
+                .numbers
+                .entry((process, item.type_name.clone()))
+                .or_default();
             let number = *count;
             *count += 1;
-            let given = item.argument("instance_name").filter(|name| !name.is_empty());
+            let given = item
+                .argument("instance_name")
+                .filter(|name| !name.is_empty());
             Component {
-                instance: given.map_or_else(|| format!("{}{number}", item.type_name), str::to_owned),
+                instance: given
+                    .map_or_else(|| format!("{}{number}", item.type_name), str::to_owned),
                 type_name: item.type_name.clone(),
                 id: item.id.clone(),
                 category: None,
@@ -183,17 +196,37 @@ impl Loader<'_> {
             .flat_map(|c| [c.instance.as_str(), c.type_name.as_str()])
             .collect();
         let mut own = Own::default();
+        let mut strangers = 0;
         for file in &view.component_files {
             if names.contains(file.name.as_str()) {
                 own.files.entry(&file.name).or_default().push(file);
                 own.categories.entry(&file.name).or_insert(&file.category);
                 continue;
             }
-            let message = format!("no component called `{}`, or of this type, is made here", file.name);
+            strangers += 1;
+            if strangers > UNKNOWN {
+                continue;
+            }
+            let message = format!(
+                "no component called `{}`, or of this type, is made here",
+                file.name
+            );
             let all: Vec<&str> = components.iter().map(|c| c.instance.as_str()).collect();
-            let help = format!("its configuration is left out; {}", suggest::advice(&file.name, "components", &all));
+            let help = format!(
+                "its configuration is left out; {}",
+                suggest::advice(&file.name, "components", &all)
+            );
             let finding = Finding::warning("conf-unknown-instance", message);
-            self.report.push(finding.at(conf.place(file.span)).help(help));
+            self.report
+                .push(finding.at(conf.place(file.span)).help(help));
+        }
+        if strangers > UNKNOWN {
+            let message = format!(
+                "{} more configuration files are of no component",
+                strangers - UNKNOWN
+            );
+            let finding = Finding::warning("conf-unknown-instance", message);
+            self.report.push(finding.help("they are left out"));
         }
         let mut unknown = 0;
         for entry in &view.unknown {
@@ -203,12 +236,18 @@ impl Loader<'_> {
                     own.categories.entry(name).or_insert(category);
                     own.values.entry(name).or_default().push((rest, entry));
                 }
-                None if unknown < UNKNOWN => {
+                None => {
                     unknown += 1;
-                    self.report.push(unknown_key(conf, entry));
+                    if unknown <= UNKNOWN {
+                        self.report.push(unknown_key(conf, entry));
+                    }
                 }
-                None => {}
             }
+        }
+        if unknown > UNKNOWN {
+            let message = format!("OpenRTM-aist has none of {} more keys", unknown - UNKNOWN);
+            let finding = Finding::new(Severity::Note, "conf-unknown-key", message);
+            self.report.push(finding.help("they are not carried over"));
         }
         own
     }
@@ -238,7 +277,9 @@ impl Loader<'_> {
         component.conf.execution_type = view.execution_type.as_ref().map(|text| text.value.clone());
         let place = component.place.clone();
         for (key, value) in &item.arguments {
-            component.conf.lay(key, value, || place.clone(), self.report);
+            component
+                .conf
+                .lay(key, value, || place.clone(), self.report);
         }
         let names = [component.type_name.clone(), component.instance.clone()];
         for (at, name) in names.iter().enumerate() {
@@ -250,7 +291,10 @@ impl Loader<'_> {
             }
             for file in own.files.get(name.as_str()).into_iter().flatten() {
                 if let Some(found) = self.file(file, conf, cache) {
-                    let entries = found.entries.iter().map(|entry| (entry.key.value.as_str(), entry));
+                    let entries = found
+                        .entries
+                        .iter()
+                        .map(|entry| (entry.key.value.as_str(), entry));
                     self.lay(component, &found, entries);
                 }
             }
@@ -300,9 +344,13 @@ impl Loader<'_> {
     fn find(&mut self, file: &ComponentFile, conf: &Conf) -> Option<Conf> {
         let place = conf.place(file.span);
         if let [first, _, ..] = file.paths.as_slice() {
-            let message = format!("{} files are named; OpenRTM-aist takes them for one name", file.paths.len());
+            let message = format!(
+                "{} files are named; OpenRTM-aist takes them for one name",
+                file.paths.len()
+            );
             let finding = Finding::warning("conf-several-files", message).at(place.clone());
-            self.report.push(finding.help(format!("name one file: `{first}`")));
+            self.report
+                .push(finding.help(format!("name one file: `{first}`")));
         }
         for path in &file.paths {
             match self.sources.find(conf.source.name(), path) {
@@ -320,7 +368,8 @@ impl Loader<'_> {
                 Err(reason) => {
                     let message = format!("`{path}` cannot be read: {reason}");
                     let finding = Finding::error("conf-file-missing", message).at(place);
-                    self.report.push(finding.help("take the line away, or put the file there"));
+                    self.report
+                        .push(finding.help("take the line away, or put the file there"));
                     return None;
                 }
             }
@@ -348,8 +397,12 @@ fn unknown_key(conf: &Conf, entry: &Entry) -> Finding {
     let place = conf.place(entry.key.span);
     let message = format!("OpenRTM-aist has no key `{key}`");
     match keys::nearest(key) {
-        Some(near) => Finding::warning("conf-unknown-key", message).help(format!("did you mean `{near}`?")),
-        None => Finding::new(Severity::Note, "conf-unknown-key", message).help("it is not carried over"),
+        Some(near) => {
+            Finding::warning("conf-unknown-key", message).help(format!("did you mean `{near}`?"))
+        }
+        None => {
+            Finding::new(Severity::Note, "conf-unknown-key", message).help("it is not carried over")
+        }
     }
     .at(place)
 }

@@ -36,7 +36,11 @@ impl<'a> Bounded<'a> {
 
     /// A file that another one names, with the path where it was found: in the folder of that file, or in one above it,
     /// because OpenRTM-aist looks from where it was started.
-    pub(super) fn find(&mut self, from: &str, path: &str) -> Result<Option<(String, Vec<u8>)>, String> {
+    pub(super) fn find(
+        &mut self,
+        from: &str,
+        path: &str,
+    ) -> Result<Option<(String, Vec<u8>)>, String> {
         for path in candidates(from, path) {
             if self.files == FILES {
                 return Err(format!("more than {FILES} files are named"));
@@ -45,7 +49,9 @@ impl<'a> Bounded<'a> {
                 self.files += 1;
                 self.bytes += bytes.len();
                 if self.bytes > BYTES {
-                    return Err(format!("the files that are named have more than {BYTES} bytes"));
+                    return Err(format!(
+                        "the files that are named have more than {BYTES} bytes"
+                    ));
                 }
                 return Ok(Some((path, bytes)));
             }
@@ -59,7 +65,10 @@ fn candidates(from: &str, path: &str) -> Vec<String> {
     if path.starts_with('/') || is_drive {
         return vec![path.to_owned()];
     }
-    let mut folder = from.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+    let mut folder = from
+        .rsplit_once('/')
+        .map_or("", |(folder, _)| folder)
+        .to_owned();
     let is_absolute = from.starts_with('/');
     let mut all = Vec::new();
     for _ in 0..=UP {
@@ -89,7 +98,13 @@ mod tests {
     fn files_are_looked_for_from_the_folder_upwards() {
         assert_eq!(
             candidates("a/conf/rtc.conf", "conf/x.conf"),
-            ["a/conf/conf/x.conf", "a/conf/x.conf", "conf/x.conf", "../conf/x.conf", "../../conf/x.conf"]
+            [
+                "a/conf/conf/x.conf",
+                "a/conf/x.conf",
+                "conf/x.conf",
+                "../conf/x.conf",
+                "../../conf/x.conf"
+            ]
         );
         assert_eq!(candidates("rtc.conf", "x")[..2], ["x", "../x"]);
         assert_eq!(candidates("./rtc.conf", "x")[..2], ["./x", "../x"]);

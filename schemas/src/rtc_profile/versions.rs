@@ -94,14 +94,18 @@ impl Lost<'_> {
     fn say(&mut self, what: &str, span: Span) {
         let message = format!("version {} cannot say {what}", self.version.name());
         let finding = Finding::error("version-cannot-say", message).at(self.read.place(span));
-        self.report.push(finding.help("take it out of the profile, or leave it out with `--force`"));
+        self.report
+            .push(finding.help("take it out of the profile, or leave it out with `--force`"));
     }
 }
 
 /// Event ports are data ports of version 0.3.
 fn event_ports(profile: &mut RtcProfile, lost: &mut Lost<'_>) {
     profile.data_ports.retain(|port| {
-        let kind = port.port_type.as_ref().filter(|kind| kind.trimmed() == "EventPort");
+        let kind = port
+            .port_type
+            .as_ref()
+            .filter(|kind| kind.trimmed() == "EventPort");
         if let Some(kind) = kind {
             lost.say("an event port", kind.span);
         }
@@ -154,8 +158,17 @@ mod tests {
         insta::assert_snapshot!("back_in_version_0_1", old);
         let (newest, report) = converted(&new, Version::V03);
         let said: Vec<&str> = report.findings.iter().map(|f| f.message.as_str()).collect();
-        assert_eq!(said, ["version 0.3 cannot say `rtc:path`", "version 0.3 cannot say `rtc:Parameters`"]);
-        assert!(!newest.contains("Parameters") && newest.contains(r#"rtc:version="0.3""#), "{newest}");
+        assert_eq!(
+            said,
+            [
+                "version 0.3 cannot say `rtc:path`",
+                "version 0.3 cannot say `rtc:Parameters`"
+            ]
+        );
+        assert!(
+            !newest.contains("Parameters") && newest.contains(r#"rtc:version="0.3""#),
+            "{newest}"
+        );
     }
 
     #[test]
@@ -168,19 +181,31 @@ mod tests {
 </rtc:RtcProfile>"#;
         let said = |version| {
             let (_, report) = converted(text, version);
-            let said = report.findings.iter().map(|f| (f.message.clone(), f.place.as_ref().unwrap().line));
+            let said = report
+                .findings
+                .iter()
+                .map(|f| (f.message.clone(), f.place.as_ref().unwrap().line));
             said.collect::<Vec<_>>()
         };
         assert!(said(Version::V03).is_empty());
-        let named = |version: &str, what: &str, line| (format!("version {version} cannot say {what}"), line);
+        let named = |version: &str, what: &str, line| {
+            (format!("version {version} cannot say {what}"), line)
+        };
         assert_eq!(
             said(Version::V02),
-            [named("0.2", "an event port", 3), named("0.2", "`rtc:Event`", 3)]
+            [
+                named("0.2", "an event port", 3),
+                named("0.2", "`rtc:Event`", 3)
+            ]
         );
         assert_eq!(
             said(Version::V01),
             [
-                named("0.1", "the id `RTC:a:b.c:d:1`, whose fields have dots of their own,", 1),
+                named(
+                    "0.1",
+                    "the id `RTC:a:b.c:d:1`, whose fields have dots of their own,",
+                    1
+                ),
                 named("0.1", "`rtc:OnAction`", 2),
                 named("0.1", "an event port", 3),
                 named("0.1", "`rtc:Event`", 3),

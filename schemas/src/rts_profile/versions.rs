@@ -8,8 +8,8 @@ mod up;
 
 use std::collections::HashMap;
 
-use super::forms::{Shape, TargetPort, WORDS};
 use super::ReadProfile;
+use super::forms::{Shape, TargetPort, WORDS};
 use crate::diagnostic::{Finding, Report};
 use crate::form::{Around, Taken};
 use crate::span::{Span, Text};
@@ -54,7 +54,9 @@ pub fn to_version(read: &ReadProfile, version: Version) -> (Shape, Around, Repor
         }
     };
     let mut around = read.around.clone();
-    around.qname = around.qname.map(|name| name.replace("RTSystemProfile", WORDS.roots[0]));
+    around.qname = around
+        .qname
+        .map(|name| name.replace("RTSystemProfile", WORDS.roots[0]));
     lost.report.sort_by_place();
     (shape, around, lost.report)
 }
@@ -70,7 +72,8 @@ impl Lost<'_> {
     fn say(&mut self, what: &str, span: Span) {
         let message = format!("version {} cannot say {what}", self.version.name());
         let finding = Finding::error("version-cannot-say", message).at(self.read.place(span));
-        self.report.push(finding.help("take it out of the profile, or leave it out with `--force`"));
+        self.report
+            .push(finding.help("take it out of the profile, or leave it out with `--force`"));
     }
 
     fn taken(&mut self, all: Vec<Taken>) {
@@ -102,7 +105,10 @@ fn composite(text: &mut Option<Text>, lost: &mut Lost<'_>) {
         Some((_, to)) => to.clone_into(&mut text.value),
         None if kind.is_empty() || kind == "None" || known(kind) => {}
         None => {
-            lost.say(&format!("the kind `{kind}` of a composite component"), text.span);
+            lost.say(
+                &format!("the kind `{kind}` of a composite component"),
+                text.span,
+            );
             "None".clone_into(&mut text.value);
         }
     }
@@ -110,7 +116,8 @@ fn composite(text: &mut Option<Text>, lost: &mut Lost<'_>) {
 
 /// The instance that an end names.
 fn instance(end: Option<&TargetPort>) -> &str {
-    end.and_then(|end| end.instance_name.as_ref()).map_or("", Text::trimmed)
+    end.and_then(|end| end.instance_name.as_ref())
+        .map_or("", Text::trimmed)
 }
 
 /// Index of components by their names, of several the first.
@@ -165,7 +172,12 @@ mod tests {
     }
 
     fn spec(text: &str) -> crate::system::SystemSpec {
-        lower(&read("system.xml", text.as_bytes()).unwrap(), &LowerOptions::default()).0.unwrap()
+        lower(
+            &read("system.xml", text.as_bytes()).unwrap(),
+            &LowerOptions::default(),
+        )
+        .0
+        .unwrap()
     }
 
     #[test]
@@ -182,7 +194,10 @@ mod tests {
         let (old, report) = converted(new.as_bytes(), Version::V01);
         assert_eq!(report, Report::default());
         assert_eq!(spec(&old), spec(OLD));
-        assert!(old.contains("<!-- the source -->") && old.contains("<other:thing"), "{old}");
+        assert!(
+            old.contains("<!-- the source -->") && old.contains("<other:thing"),
+            "{old}"
+        );
         let (again, _) = converted(old.as_bytes(), Version::V02);
         assert_eq!(again, new);
     }
@@ -190,8 +205,19 @@ mod tests {
     #[test]
     fn what_the_old_version_cannot_say_is_named() {
         let (old, report) = converted(HELLO, Version::V01);
-        let said: Vec<String> = report.findings.iter().map(crate::diagnostic::render).collect();
-        insta::assert_snapshot!(said.join("\n\n"), @"");
+        let said: Vec<String> = report
+            .findings
+            .iter()
+            .map(crate::diagnostic::render)
+            .collect();
+        insta::assert_snapshot!(said.join("\n\n"), @r"
+        error[version-cannot-say]: version 0.1 cannot say `rts:Activation`
+          --> system.xml:74:5
+           |
+        74 |     <rts:Activation>
+           |     ^^^^^^^^^^^^^^^^
+           = help: take it out of the profile, or leave it out with `--force`
+        ");
         let (system, _) = load("old.xml", old.as_bytes(), None, &[]).unwrap();
         let mut hello = load("system.xml", HELLO, None, &[]).unwrap().0;
         hello.orders = crate::system::Orders::default();

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::connectors::Connection;
+use super::connectors::Connected;
 use super::types::Declared;
 use super::{Made, property, text};
 use crate::diagnostic::{Finding, Severity};
@@ -10,7 +10,8 @@ use crate::names;
 use crate::rtc_conf::setup::{Component, Manager};
 use crate::rts_profile::TYPE_KEY;
 use crate::rts_profile::forms::{
-    self, ConfigurationData, ConfigurationSet, DataPort, ExecutionContext, Location, Property, ServicePort,
+    self, ConfigurationData, ConfigurationSet, DataPort, ExecutionContext, Location, Property,
+    ServicePort,
 };
 use crate::suggest;
 use crate::system::Direction;
@@ -22,7 +23,10 @@ const PERIODIC: &str = "PeriodicExecutionContext";
 
 impl<'a> Made<'a> {
     /// Ids by instance: as told, else as an RTC Profile says, else made up.
-    pub(super) fn ids(&mut self, components: &[(&Manager, &'a Component)]) -> HashMap<&'a str, String> {
+    pub(super) fn ids(
+        &mut self,
+        components: &[(&Manager, &'a Component)],
+    ) -> HashMap<&'a str, String> {
         let mut ids = HashMap::new();
         let mut guessed = HashSet::new();
         for (_, component) in components {
@@ -38,9 +42,13 @@ impl<'a> Made<'a> {
                     "the configuration of `{}` is given for the category `{own}`, but its RTC Profile says `{category}`",
                     component.instance
                 );
-                let help = format!("OpenRTM-aist does not read it: write `{category}.{}.…`", component.instance);
+                let help = format!(
+                    "OpenRTM-aist does not read it: write `{category}.{}.…`",
+                    component.instance
+                );
                 let finding = Finding::warning("conf-other-category", message);
-                self.report.push(finding.at(component.place.clone()).help(help));
+                self.report
+                    .push(finding.at(component.place.clone()).help(help));
             }
             let known = known.unwrap_or_default();
             let mut fields = told.unwrap_or_default();
@@ -49,9 +57,19 @@ impl<'a> Made<'a> {
                     *field = known;
                 }
             }
-            let [vendor, category, version] = fields.each_ref().map(|field| field.replace(':', "."));
-            let own = component.category.as_ref().map(|category| category.replace(':', "."));
-            let or = |field: String, other: &str| if field.is_empty() { other.to_owned() } else { field };
+            let [vendor, category, version] =
+                fields.each_ref().map(|field| field.replace(':', "."));
+            let own = component
+                .category
+                .as_ref()
+                .map(|category| category.replace(':', "."));
+            let or = |field: String, other: &str| {
+                if field.is_empty() {
+                    other.to_owned()
+                } else {
+                    field
+                }
+            };
             let id = format!(
                 "RTC:{}:{}:{}:{}",
                 or(vendor, "unknown"),
@@ -70,14 +88,17 @@ impl<'a> Made<'a> {
         manager: &Manager,
         component: &Component,
         ids: &HashMap<&str, String>,
-        connections: &[Connection<'_>],
+        ends: &HashMap<&str, Vec<Connected<'_, '_>>>,
     ) -> forms::Component {
         let conf = &component.conf;
         let instance = component.instance.as_str();
         let id = ids.get(instance).cloned().unwrap_or_default();
         let own_type = names::type_name(&id, instance).as_deref() != Some(&component.type_name);
         let type_property = own_type.then(|| property(TYPE_KEY, &component.type_name));
-        let others = conf.others.iter().map(|(name, value)| property(name, value));
+        let others = conf
+            .others
+            .iter()
+            .map(|(name, value)| property(name, value));
         let default = conf.sets.get("default").map(|_| "default");
         let active = conf.active.as_deref().or(default);
         let mut form = forms::Component {
@@ -94,51 +115,58 @@ impl<'a> Made<'a> {
             properties: type_property.into_iter().chain(others).collect(),
             ..forms::Component::default()
         };
-        self.ports(component, connections, &mut form);
+        self.ports(
+            component,
+            ends.get(instance).map_or(&[], Vec::as_slice),
+            &mut form,
+        );
         form
     }
 
     /// The ports that the RTC Profile says, and those that are connected.
-    fn ports(&mut self, component: &Component, connections: &[Connection<'_>], form: &mut forms::Component) {
+    fn ports(
+        &mut self,
+        component: &Component,
+        connected: &[Connected<'_, '_>],
+        form: &mut forms::Component,
+    ) {
         let type_name = &component.type_name;
         let known = self.types.ports(type_name);
-        let mut seen: HashSet<&str> = HashSet::new();
-        let ends = connections.iter().flat_map(|c| [(c, &c.source), (c, &c.target)]);
-        let own = ends.filter(|(_, end)| end.component.instance == component.instance);
-        let own: Vec<_> = own.collect();
-        for port in known.iter().copied().chain(own.iter().map(|(_, end)| end.port)) {
-            if !seen.insert(port) {
-                continue;
-            }
-            let name = text(format!("{}.{port}", component.instance));
-            let declared = self.types.port(type_name, port);
-            let service = own.iter().any(|(connection, end)| end.port == port && connection.is_service);
-            match declared {
-                Some(Declared::Service) => form.service_ports.push(service_port(name)),
-                None if service => form.service_ports.push(service_port(name)),
+        let full = |port: &str| text(format!("{}.{port}", component.instance));
+        for port in &known {
+            match self.types.port(type_name, port) {
+                Some(Declared::Service) => form.service_ports.push(service_port(full(port))),
                 Some(Declared::Data(direction, data_type)) => {
-                    form.data_ports.push(data_port(name, direction, data_type));
+                    form.data_ports
+                        .push(data_port(full(port), direction, data_type));
                 }
-                None => form.data_ports.push(data_port(name, None, None)),
+                None => {}
             }
-            if declared_nowhere(&known, port)
-                && let Some((connection, _)) = own.iter().find(|(_, end)| end.port == port)
-            {
+        }
+        let declared: HashSet<&str> = known.iter().copied().collect();
+        for (port, connection) in connected
+            .iter()
+            .filter(|(port, _)| !declared.contains(port))
+        {
+            match connection.is_service {
+                true => form.service_ports.push(service_port(full(port))),
+                false => form.data_ports.push(data_port(full(port), None, None)),
+            }
+            if !known.is_empty() {
                 let message = format!("the RTC Profile of `{type_name}` has no port `{port}`");
                 let finding = Finding::warning("conf-unknown-port", message);
                 let help = suggest::advice(port, "ports", &known);
-                self.report.push(finding.at(connection.place.clone()).help(help));
+                self.report.push(finding.at(connection.place()).help(help));
             }
         }
     }
 }
 
-fn declared_nowhere(known: &[&str], port: &str) -> bool {
-    !known.is_empty() && !known.contains(&port)
-}
-
 fn unknown_type(component: &Component) -> Finding {
-    let message = format!("vendor and version of `{}` are not known", component.type_name);
+    let message = format!(
+        "vendor and version of `{}` are not known",
+        component.type_name
+    );
     let finding = Finding::new(Severity::Warning, "conf-unknown-type", message);
     finding
         .at(component.place.clone())
@@ -146,18 +174,22 @@ fn unknown_type(component: &Component) -> Finding {
 }
 
 fn sets(component: &Component) -> Vec<ConfigurationSet> {
-    let sets = component.conf.sets.iter().map(|(id, values)| ConfigurationSet {
-        id: text(id),
-        data: values
-            .iter()
-            .map(|(name, value)| ConfigurationData {
-                name: text(name),
-                data: text(value.as_str()),
-                ..ConfigurationData::default()
-            })
-            .collect(),
-        ..ConfigurationSet::default()
-    });
+    let sets = component
+        .conf
+        .sets
+        .iter()
+        .map(|(id, values)| ConfigurationSet {
+            id: text(id),
+            data: values
+                .iter()
+                .map(|(name, value)| ConfigurationData {
+                    name: text(name),
+                    data: text(value.as_str()),
+                    ..ConfigurationData::default()
+                })
+                .collect(),
+            ..ConfigurationSet::default()
+        });
     sets.collect()
 }
 
@@ -174,7 +206,11 @@ fn execution_context(component: &Component) -> ExecutionContext {
     }
 }
 
-fn data_port(name: Option<crate::span::Text>, direction: Option<Direction>, data_type: Option<String>) -> DataPort {
+fn data_port(
+    name: Option<crate::span::Text>,
+    direction: Option<Direction>,
+    data_type: Option<String>,
+) -> DataPort {
     let direction = direction.map(|direction| match direction {
         Direction::In => "DataInPort",
         Direction::Out => "DataOutPort",
@@ -184,7 +220,10 @@ fn data_port(name: Option<crate::span::Text>, direction: Option<Direction>, data
     DataPort {
         xsi_type: text("rtsExt:dataport_ext"),
         name,
-        properties: direction.into_iter().chain(data_type).collect::<Vec<Property>>(),
+        properties: direction
+            .into_iter()
+            .chain(data_type)
+            .collect::<Vec<Property>>(),
         ..DataPort::default()
     }
 }
@@ -212,10 +251,21 @@ fn location(index: usize) -> Location {
 
 /// The first name server, and the first of the paths that the component has there.
 fn path_uri(manager: &Manager, component: &Component, id: &str) -> String {
-    let server = manager.view.nameservers.first().map_or("localhost", |text| address(&text.value));
-    let formats = manager.view.naming_formats.first().map(|text| text.value.as_str());
+    let server = manager
+        .view
+        .nameservers
+        .first()
+        .map_or("localhost", |text| address(&text.value));
+    let formats = manager
+        .view
+        .naming_formats
+        .first()
+        .map(|text| text.value.as_str());
     let own = component.conf.naming_formats.as_deref();
-    let format = own.and_then(|own| own.split(',').next()).or(formats).unwrap_or("%n.rtc");
+    let format = own
+        .and_then(|own| own.split(',').next())
+        .or(formats)
+        .unwrap_or("%n.rtc");
     format!("{server}/{}", named(format, manager, component, id))
 }
 
@@ -226,7 +276,10 @@ fn address(text: &str) -> &str {
     let start = match text.matches(':').count() {
         0 | 1 => 0,
         _ if text.starts_with('[') => 0,
-        count => text.match_indices(':').nth(count - 2).map_or(0, |(at, _)| at + 1),
+        count => text
+            .match_indices(':')
+            .nth(count - 2)
+            .map_or(0, |(at, _)| at + 1),
     };
     match &text[start..] {
         "" => "localhost",

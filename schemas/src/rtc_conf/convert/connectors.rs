@@ -5,9 +5,12 @@ use std::collections::{HashMap, HashSet};
 use super::types::Declared;
 use super::{Made, property, text};
 use crate::diagnostic::{Finding, Place};
+use crate::rtc_conf::entries::Conf;
 use crate::rtc_conf::item::{Port, Preconnect};
 use crate::rtc_conf::setup::{Component, Manager};
-use crate::rts_profile::forms::{DataPortConnector, Profile, Property, ServicePortConnector, TargetPort};
+use crate::rts_profile::forms::{
+    DataPortConnector, Profile, Property, ServicePortConnector, TargetPort,
+};
 use crate::rts_profile::unused_name;
 use crate::system::Direction;
 
@@ -23,24 +26,64 @@ pub(super) struct Connection<'a> {
     pub(super) source: End<'a>,
     pub(super) target: End<'a>,
     pub(super) is_service: bool,
-    pub(super) place: Option<Place>,
     data_type: Option<String>,
+    conf: &'a Conf,
     item: &'a Preconnect,
+}
+
+/// Most connections of a system.
+const CONNECTIONS: usize = 2000;
+
+impl Connection<'_> {
+    /// Where it is said.
+    pub(super) fn place(&self) -> Option<Place> {
+        self.conf.place(self.item.span)
+    }
+}
+
+/// A port that is connected, with one of its connections.
+pub(super) type Connected<'c, 'a> = (&'a str, &'c Connection<'a>);
+
+/// The ports that are connected, each once, by the instances that have them.
+pub(super) fn ends<'c, 'a>(all: &'c [Connection<'a>]) -> HashMap<&'a str, Vec<Connected<'c, 'a>>> {
+    let mut ends: HashMap<&str, Vec<Connected<'_, '_>>> = HashMap::new();
+    let mut seen = HashSet::new();
+    for connection in all {
+        for end in [connection.source, connection.target] {
+            let instance = end.component.instance.as_str();
+            if seen.insert((instance, end.port)) {
+                ends.entry(instance)
+                    .or_default()
+                    .push((end.port, connection));
+            }
+        }
+    }
+    ends
 }
 
 impl<'a> Made<'a> {
     /// The connections of all managers. Those that a profile cannot say are reported.
     pub(super) fn connections(&mut self) -> Vec<Connection<'a>> {
         let mut all = Vec::new();
-        for manager in &self.setup.managers {
+        let setup = self.setup;
+        for manager in &setup.managers {
             for item in &manager.view.preconnect {
                 if item.peers.is_empty() {
                     self.open(manager, item);
                 }
                 for peer in &item.peers {
-                    let ends = (self.end(manager, item, &item.port), self.end(manager, item, peer));
+                    let ends = (
+                        self.end(manager, item, &item.port),
+                        self.end(manager, item, peer),
+                    );
                     if let (Some(source), Some(target)) = ends {
                         all.push(self.connection(manager, item, source, target));
+                    }
+                    if all.len() > CONNECTIONS {
+                        let message = format!("there are more than {CONNECTIONS} connections");
+                        let finding = Finding::error("too-large", message);
+                        self.report.push(finding.help("is this the right file?"));
+                        return all;
                     }
                 }
             }
@@ -63,26 +106,40 @@ impl<'a> Made<'a> {
     fn open(&mut self, manager: &Manager, item: &Preconnect) {
         let (instance, port) = (&item.port.instance, &item.port.port);
         let message = format!("`{instance}.{port}` is connected with no port of a component");
-        let interface = item.properties.iter().find(|(key, _)| key == "interface_type");
+        let interface = item
+            .properties
+            .iter()
+            .find(|(key, _)| key == "interface_type");
         let help = match interface {
-            Some((_, kind)) => format!("a profile cannot say a connection by `{kind}` to the outside: it is left out"),
+            Some((_, kind)) => format!(
+                "a profile cannot say a connection by `{kind}` to the outside: it is left out"
+            ),
             None => "name the other port: `?port=B0.in`; the connection is left out".to_owned(),
         };
         let finding = Finding::warning("conf-open-connector", message);
-        self.report.push(finding.at(manager.conf.place(item.span)).help(help));
+        self.report
+            .push(finding.at(manager.conf.place(item.span)).help(help));
     }
 
     /// A data connection runs from the out-port, where that is known.
-    fn connection(&self, manager: &Manager, item: &'a Preconnect, source: End<'a>, target: End<'a>) -> Connection<'a> {
+    fn connection(
+        &self,
+        manager: &'a Manager,
+        item: &'a Preconnect,
+        source: End<'a>,
+        target: End<'a>,
+    ) -> Connection<'a> {
         let declared = |end: End<'_>| self.types.port(&end.component.type_name, end.port);
         let (from, to) = (declared(source), declared(target));
-        let is_service = matches!(from, Some(Declared::Service)) || matches!(to, Some(Declared::Service));
+        let is_service =
+            matches!(from, Some(Declared::Service)) || matches!(to, Some(Declared::Service));
         let of = |declared: Option<Declared>| match declared {
             Some(Declared::Data(direction, data_type)) => (direction, data_type),
             _ => (None, None),
         };
         let ((from, from_type), (to, to_type)) = (of(from), of(to));
-        let reversed = from == Some(Direction::In) || (from.is_none() && to == Some(Direction::Out));
+        let reversed =
+            from == Some(Direction::In) || (from.is_none() && to == Some(Direction::Out));
         let (source, target) = match reversed && to != Some(Direction::In) {
             true => (target, source),
             false => (source, target),
@@ -91,8 +148,8 @@ impl<'a> Made<'a> {
             source,
             target,
             is_service,
-            place: manager.conf.place(item.span),
             data_type: from_type.or(to_type),
+            conf: &manager.conf,
             item,
         }
     }
@@ -148,8 +205,13 @@ impl<'a> Made<'a> {
 const ATTRIBUTES: [&str; 3] = ["interface_type", "dataflow_type", "subscription_type"];
 
 fn properties(item: &Preconnect, attributes: &[&str]) -> Vec<Property> {
-    let others = item.properties.iter().filter(|(key, _)| !attributes.contains(&key.as_str()));
-    others.map(|(key, value)| property(&format!("dataport.{key}"), value)).collect()
+    let others = item
+        .properties
+        .iter()
+        .filter(|(key, _)| !attributes.contains(&key.as_str()));
+    others
+        .map(|(key, value)| property(&format!("dataport.{key}"), value))
+        .collect()
 }
 
 fn full(end: End<'_>) -> String {
@@ -159,7 +221,9 @@ fn full(end: End<'_>) -> String {
 fn target_port(end: End<'_>, ids: &HashMap<&str, String>) -> TargetPort {
     TargetPort {
         xsi_type: text("rtsExt:target_port_ext"),
-        component_id: ids.get(end.component.instance.as_str()).and_then(|id| text(id.as_str())),
+        component_id: ids
+            .get(end.component.instance.as_str())
+            .and_then(|id| text(id.as_str())),
         instance_name: text(end.component.instance.as_str()),
         port_name: text(full(end)),
         ..TargetPort::default()

@@ -1,6 +1,6 @@
 //! RTC Profiles of the types that are made.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::rtc_profile::forms::{DataPort, RtcProfile};
 use crate::rts_profile::normal_data_type;
@@ -42,14 +42,23 @@ impl<'a> Types<'a> {
     /// Vendor, category and version.
     pub(super) fn id(&self, type_name: &str) -> Option<[String; 3]> {
         let info = self.get(type_name)?.basic_info.as_ref()?;
-        Some([&info.vendor, &info.category, &info.version].map(|text| trimmed(text.as_ref()).to_owned()))
+        Some(
+            [&info.vendor, &info.category, &info.version]
+                .map(|text| trimmed(text.as_ref()).to_owned()),
+        )
     }
 
     pub(super) fn port(&self, type_name: &str, port: &str) -> Option<Declared> {
         let profile = self.get(type_name)?;
-        let data = profile.data_ports.iter().find(|p| trimmed(p.name.as_ref()) == port);
+        let data = profile
+            .data_ports
+            .iter()
+            .find(|p| trimmed(p.name.as_ref()) == port);
         if let Some(data) = data {
-            let data_type = data.data_type.as_ref().and_then(|text| normal_data_type(&text.value));
+            let data_type = data
+                .data_type
+                .as_ref()
+                .and_then(|text| normal_data_type(&text.value));
             return Some(Declared::Data(direction(data), data_type));
         }
         let mut services = profile.service_ports.iter();
@@ -64,13 +73,19 @@ impl<'a> Types<'a> {
         };
         let data = profile.data_ports.iter().map(|p| p.name.as_ref());
         let service = profile.service_ports.iter().map(|p| p.name.as_ref());
+        let mut seen = HashSet::new();
         let names = data.chain(service).map(trimmed);
-        names.filter(|name| !name.is_empty()).collect()
+        names
+            .filter(|name| !name.is_empty() && seen.insert(*name))
+            .collect()
     }
 }
 
 fn direction(port: &DataPort) -> Option<Direction> {
-    match trimmed(port.port_type.as_ref()).to_ascii_lowercase().as_str() {
+    match trimmed(port.port_type.as_ref())
+        .to_ascii_lowercase()
+        .as_str()
+    {
         "datainport" => Some(Direction::In),
         "dataoutport" => Some(Direction::Out),
         _ => None,

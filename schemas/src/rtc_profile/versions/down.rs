@@ -4,7 +4,9 @@ use super::Lost;
 use super::up::made;
 use crate::form::each_text;
 use crate::names::id_with_dots;
-use crate::rtc_profile::forms::{Action, Actions, Cxx, Java, Language, Property, RtcProfile, TargetEnvironment};
+use crate::rtc_profile::forms::{
+    Action, Actions, Cxx, Java, Language, Property, RtcProfile, TargetEnvironment,
+};
 use crate::span::Text;
 
 pub(super) fn down(profile: &mut RtcProfile, lost: &mut Lost<'_>) {
@@ -12,14 +14,22 @@ pub(super) fn down(profile: &mut RtcProfile, lost: &mut Lost<'_>) {
         match id_with_dots(&id.value) {
             Some(dotted) => id.value = dotted,
             None => {
-                let (what, span) = (format!("the id `{}`, whose fields have dots of their own,", id.value), id.span);
+                let (what, span) = (
+                    format!(
+                        "the id `{}`, whose fields have dots of their own,",
+                        id.value
+                    ),
+                    id.span,
+                );
                 lost.say(&what, span);
             }
         }
     }
     each_text(profile, &mut |_, field, text| match field.name {
         "position" => text.value = text.value.to_lowercase(),
-        "activity_type" if text.trimmed() == "EVENTDRIVEN" => "EVENT_DRIVEN".clone_into(&mut text.value),
+        "activity_type" if text.trimmed() == "EVENTDRIVEN" => {
+            "EVENT_DRIVEN".clone_into(&mut text.value)
+        }
         _ => {}
     });
     if let Some(info) = &mut profile.basic_info {
@@ -34,29 +44,41 @@ pub(super) fn down(profile: &mut RtcProfile, lost: &mut Lost<'_>) {
         }
     }
     actions(profile.actions.get_or_insert_default());
-    for configuration in profile.configuration_set.iter_mut().flat_map(|set| &mut set.configurations) {
+    for configuration in profile
+        .configuration_set
+        .iter_mut()
+        .flat_map(|set| &mut set.configurations)
+    {
         configuration.varname = configuration.variable_name.take();
-        let documented = configuration.doc.is_some();
-        no_extension(&mut configuration.xsi_type, configuration.properties.is_empty(), documented, "configuration_doc");
+        let more = !configuration.properties.is_empty();
+        configuration.xsi_type = extended(more, configuration.doc.is_some(), "configuration");
     }
     for port in &mut profile.data_ports {
         port.varname = port.variable_name.take();
         port.subscriprion_type = port.subscription_type.take();
+        let more = port.varname.is_some() || port.position.is_some() || !port.properties.is_empty();
+        port.xsi_type = extended(more, port.doc.is_some(), "dataport");
     }
-    for interface in profile.service_ports.iter_mut().flat_map(|port| &mut port.interfaces) {
+    for interface in profile
+        .service_ports
+        .iter_mut()
+        .flat_map(|port| &mut port.interfaces)
+    {
         interface.varname = interface.variable_name.take();
-        let documented = interface.doc.is_some();
-        no_extension(&mut interface.xsi_type, interface.properties.is_empty(), documented, "serviceinterface_doc");
+        let more = !interface.properties.is_empty();
+        interface.xsi_type = extended(more, interface.doc.is_some(), "serviceinterface");
     }
     if let Some(language) = &mut profile.language {
         self::language(language, lost);
     }
 }
 
-/// A type that says that there is more is said only where there is.
-fn no_extension(xsi_type: &mut Option<Text>, empty: bool, documented: bool, doc: &str) {
-    if empty && xsi_type.is_some() {
-        *xsi_type = documented.then(|| made(format!("rtcDoc:{doc}"))).flatten();
+/// The type of an element that has more than the basic schema says.
+fn extended(more: bool, documented: bool, name: &str) -> Option<Text> {
+    match (more, documented) {
+        (true, _) => made(format!("rtcExt:{name}_ext")),
+        (false, true) => made(format!("rtcDoc:{name}_doc")),
+        (false, false) => None,
     }
 }
 
@@ -87,14 +109,21 @@ fn actions(actions: &mut Actions) {
 }
 
 fn language(language: &mut Language, lost: &mut Lost<'_>) {
-    let Some(kind) = language.kind.take() else { return };
+    let Some(kind) = language.kind.take() else {
+        return;
+    };
     let mut targets = std::mem::take(&mut language.targets).into_iter();
     language.xsi_type = None;
     let empty = || Some(Text::new("", kind.span));
     match kind.trimmed() {
         "C++" => language.cxx = Some(Box::new(cxx(targets.next().unwrap_or_default(), lost))),
         "Java" => {
-            let Cxx { os, arch, libraries, .. } = cxx(targets.next().unwrap_or_default(), lost);
+            let Cxx {
+                os,
+                arch,
+                libraries,
+                ..
+            } = cxx(targets.next().unwrap_or_default(), lost);
             for text in os.iter().chain(&arch) {
                 lost.say("the machine of a component in Java", text.span);
             }
@@ -115,20 +144,30 @@ fn language(language: &mut Language, lost: &mut Lost<'_>) {
 
 /// One system, one processor, and libraries by their names.
 fn cxx(target: TargetEnvironment, lost: &mut Lost<'_>) -> Cxx {
-    for text in [&target.lang_version, &target.other, &target.cpu_other].into_iter().flatten() {
+    for text in [&target.lang_version, &target.other, &target.cpu_other]
+        .into_iter()
+        .flatten()
+    {
         lost.say("this of a machine", text.span);
     }
     for text in target.os_versions.iter().chain(target.cpus.iter().skip(1)) {
         lost.say("this of a machine", text.span);
     }
-    let versions = target.libraries.iter().flat_map(|library| [&library.version, &library.other]);
+    let versions = target
+        .libraries
+        .iter()
+        .flat_map(|library| [&library.version, &library.other]);
     for text in versions.flatten() {
         lost.say("this of a library", text.span);
     }
     Cxx {
         os: target.os,
         arch: target.cpus.into_iter().next(),
-        libraries: target.libraries.into_iter().filter_map(|library| library.name).collect(),
+        libraries: target
+            .libraries
+            .into_iter()
+            .filter_map(|library| library.name)
+            .collect(),
         ..Cxx::default()
     }
 }

@@ -6,28 +6,56 @@ use crate::rtc_profile::forms::{BasicInfo, Cxx, Language, Library, RtcProfile, T
 use crate::span::{Span, Text};
 
 pub(super) fn up(profile: &mut RtcProfile) {
-    each_text(profile, &mut |of, field, text| match (of.name, field.name) {
-        ("RtcProfile", "id") => text.value = id_with_colons(&text.value),
-        (_, "position") => text.value = text.value.to_uppercase(),
-        (_, "activity_type") if text.trimmed() == "EVENT_DRIVEN" => "EVENTDRIVEN".clone_into(&mut text.value),
-        _ => {}
-    });
+    each_text(
+        profile,
+        &mut |of, field, text| match (of.name, field.name) {
+            ("RtcProfile", "id") => text.value = id_with_colons(&text.value),
+            (_, "position") => text.value = text.value.to_uppercase(),
+            (_, "activity_type") if text.trimmed() == "EVENT_DRIVEN" => {
+                "EVENTDRIVEN".clone_into(&mut text.value)
+            }
+            _ => {}
+        },
+    );
     if let Some(info) = &mut profile.basic_info {
         basic_info(info);
     }
-    for configuration in profile.configuration_set.iter_mut().flat_map(|set| &mut set.configurations) {
+    for configuration in profile
+        .configuration_set
+        .iter_mut()
+        .flat_map(|set| &mut set.configurations)
+    {
         let varname = configuration.varname.take();
-        renamed(varname, &mut configuration.variable_name, &mut configuration.xsi_type, "configuration_ext");
+        renamed(
+            varname,
+            &mut configuration.variable_name,
+            &mut configuration.xsi_type,
+            "configuration_ext",
+        );
     }
     for port in &mut profile.data_ports {
         let varname = port.varname.take();
-        renamed(varname, &mut port.variable_name, &mut port.xsi_type, "dataport_ext");
+        renamed(
+            varname,
+            &mut port.variable_name,
+            &mut port.xsi_type,
+            "dataport_ext",
+        );
         let misspelt = port.subscriprion_type.take();
         port.subscription_type = port.subscription_type.take().or(misspelt);
     }
-    for interface in profile.service_ports.iter_mut().flat_map(|port| &mut port.interfaces) {
+    for interface in profile
+        .service_ports
+        .iter_mut()
+        .flat_map(|port| &mut port.interfaces)
+    {
         let varname = interface.varname.take();
-        renamed(varname, &mut interface.variable_name, &mut interface.xsi_type, "serviceinterface_ext");
+        renamed(
+            varname,
+            &mut interface.variable_name,
+            &mut interface.xsi_type,
+            "serviceinterface_ext",
+        );
     }
     if let Some(language) = &mut profile.language {
         self::language(language);
@@ -45,9 +73,14 @@ fn renamed(old: Option<Text>, new: &mut Option<Text>, xsi_type: &mut Option<Text
 fn basic_info(info: &mut BasicInfo) {
     let logs = std::mem::take(&mut info.version_up_log);
     info.version_up_logs.extend(logs);
-    let is_type = |name: Option<&Text>| name.is_some_and(|name| name.trimmed().eq_ignore_ascii_case("RTCType"));
+    let is_type = |name: Option<&Text>| {
+        name.is_some_and(|name| name.trimmed().eq_ignore_ascii_case("RTCType"))
+    };
     if info.rtc_type.is_none()
-        && let Some(at) = info.properties.iter().position(|p| is_type(p.name.as_ref()))
+        && let Some(at) = info
+            .properties
+            .iter()
+            .position(|p| is_type(p.name.as_ref()))
     {
         info.rtc_type = info.properties.remove(at).value;
     }
@@ -67,11 +100,17 @@ fn language(language: &mut Language) {
         language.kind = kind.and_then(|(kind, _)| made(*kind));
     }
     let cxx = language.cxx.take().map(|cxx| target(*cxx));
-    let java = language.java.take().map(|java| target(Cxx {
-        libraries: java.libraries,
-        ..Cxx::default()
-    }));
-    let targets: Vec<_> = cxx.into_iter().chain(java).filter(|t| *t != TargetEnvironment::default()).collect();
+    let java = language.java.take().map(|java| {
+        target(Cxx {
+            libraries: java.libraries,
+            ..Cxx::default()
+        })
+    });
+    let targets: Vec<_> = cxx
+        .into_iter()
+        .chain(java)
+        .filter(|t| *t != TargetEnvironment::default())
+        .collect();
     if !targets.is_empty() {
         language.targets.extend(targets);
         language.xsi_type = made("rtcExt:language_ext");

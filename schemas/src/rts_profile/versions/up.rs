@@ -4,8 +4,8 @@ use super::{Lost, composite};
 use crate::form::each_text;
 use crate::names::id_with_colons;
 use crate::rts_profile::forms::{
-    Component, Condition, DataPort, Order, Participants, Preceding, Profile, Property, ServicePort, TargetComponent,
-    TargetExecutionContext, TargetPort, WaitTime, v01,
+    Component, Condition, DataPort, Order, Participants, Preceding, Profile, Property, ServicePort,
+    TargetComponent, TargetExecutionContext, TargetPort, WaitTime, v01,
 };
 use crate::rts_profile::mirror::duration;
 use crate::span::{Span, Text};
@@ -13,7 +13,8 @@ use crate::span::{Span, Text};
 pub(super) fn up(old: &v01::Profile, lost: &mut Lost<'_>) -> Profile {
     let mut old = old.clone();
     each_text(&mut old, &mut |of, field, text| {
-        let is_id = field.local == "componentId" || (field.local == "id" && matches!(of.name, "Profile" | "Component"));
+        let is_id = field.local == "componentId"
+            || (field.local == "id" && matches!(of.name, "Profile" | "Component"));
         if is_id {
             text.value = id_with_colons(&text.value);
         }
@@ -27,9 +28,15 @@ pub(super) fn up(old: &v01::Profile, lost: &mut Lost<'_>) -> Profile {
         creation_date: old.creation_date,
         update_date: old.update_date,
         comment: old.comment,
-        version_up_logs: old.version_up_logs.into_iter().chain(old.version_up_log).collect(),
+        version_up_logs: old
+            .version_up_logs
+            .into_iter()
+            .chain(old.version_up_log)
+            .collect(),
         properties: old.properties,
-        extra: old.extra.moved(v01::Profile::form_type(), Profile::form_type()),
+        extra: old
+            .extra
+            .moved(v01::Profile::form_type(), Profile::form_type()),
         ..Profile::default()
     };
     let mut order = Order::default();
@@ -63,11 +70,15 @@ fn component(old: v01::Component, lost: &mut Lost<'_>) -> Component {
         participants: old.participants.into_iter().flat_map(one_by_one).collect(),
         location: old.location,
         properties: old.properties,
-        extra: old.extra.moved(v01::Component::form_type(), Component::form_type()),
+        extra: old
+            .extra
+            .moved(v01::Component::form_type(), Component::form_type()),
     };
     composite(&mut new.composite_type, lost);
     for (at, context) in new.execution_contexts.iter_mut().enumerate() {
-        context.id.get_or_insert_with(|| Text::new(at.to_string(), Span::default()));
+        context
+            .id
+            .get_or_insert_with(|| Text::new(at.to_string(), Span::default()));
     }
     for port in &mut new.data_ports {
         port_type(port);
@@ -77,8 +88,14 @@ fn component(old: v01::Component, lost: &mut Lost<'_>) -> Component {
 
 /// The direction is a property since 0.2.
 fn port_type(port: &mut DataPort) {
-    let Some(direction) = port.port_type.take() else { return };
-    let known = |p: &Property| p.name.as_ref().is_some_and(|name| name.trimmed() == "port.port_type");
+    let Some(direction) = port.port_type.take() else {
+        return;
+    };
+    let known = |p: &Property| {
+        p.name
+            .as_ref()
+            .is_some_and(|name| name.trimmed() == "port.port_type")
+    };
     if !port.properties.iter().any(known) {
         let name = Some(Text::new("port.port_type", Span::default()));
         port.properties.push(Property {
@@ -86,7 +103,8 @@ fn port_type(port: &mut DataPort) {
             value: Some(direction),
             ..Property::default()
         });
-        port.xsi_type.get_or_insert_with(|| Text::new("rtsExt:dataport_ext", Span::default()));
+        port.xsi_type
+            .get_or_insert_with(|| Text::new("rtsExt:dataport_ext", Span::default()));
     }
 }
 
@@ -101,7 +119,9 @@ fn one_by_one(mut all: Participants) -> Vec<Participants> {
         participant: vec![participant],
         ..Participants::default()
     };
-    std::iter::once(all).chain(rest.into_iter().map(alone)).collect()
+    std::iter::once(all)
+        .chain(rest.into_iter().map(alone))
+        .collect()
 }
 
 /// Connectors leave the port that they start from.
@@ -116,13 +136,19 @@ fn connectors(component: &mut v01::Component, new: &mut Profile) {
             ..TargetPort::default()
         }))
     };
-    for DataPort { name, connectors, .. } in &mut component.data_ports {
+    for DataPort {
+        name, connectors, ..
+    } in &mut component.data_ports
+    {
         for mut connector in connectors.drain(..) {
             connector.source = connector.source.or_else(|| source(name));
             new.data_port_connectors.push(connector);
         }
     }
-    for ServicePort { name, connectors, .. } in &mut component.service_ports {
+    for ServicePort {
+        name, connectors, ..
+    } in &mut component.service_ports
+    {
         for mut connector in connectors.drain(..) {
             connector.source = connector.source.or_else(|| source(name));
             new.service_port_connectors.push(connector);
@@ -132,8 +158,13 @@ fn connectors(component: &mut v01::Component, new: &mut Profile) {
 
 /// What a component waits for becomes a condition of the system's order.
 fn start_up(component: &v01::Component, order: &mut Order, lost: &mut Lost<'_>) {
-    let Some(from) = &component.start_up else { return };
-    let first_context = component.execution_contexts.first().and_then(|context| context.id.clone());
+    let Some(from) = &component.start_up else {
+        return;
+    };
+    let first_context = component
+        .execution_contexts
+        .first()
+        .and_then(|context| context.id.clone());
     let target = TargetExecutionContext {
         id: first_context.or_else(|| Some(Text::new("0", Span::default()))),
         component_id: component.id.clone(),
@@ -162,7 +193,10 @@ fn start_up(component: &v01::Component, order: &mut Order, lost: &mut Lost<'_>) 
             xsi_type: condition.xsi_type.clone(),
             sequence: from.sequence.clone(),
             wait_time,
-            preceding: condition.preceding.as_deref().map(|preceding| Box::new(self::preceding(preceding))),
+            preceding: condition
+                .preceding
+                .as_deref()
+                .map(|preceding| Box::new(self::preceding(preceding))),
             target_component: Some(Box::new(target.clone())),
             properties: condition.properties.clone(),
             ..Condition::default()
