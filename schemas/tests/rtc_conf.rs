@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use proptest::prelude::*;
 use rts_schemas::codes;
 use rts_schemas::diagnostic::{Report, Severity, render};
 use rts_schemas::form::Format;
@@ -293,6 +294,67 @@ fn every_real_set_up_is_converted() {
     }
     println!("{made} set-ups");
     insta::assert_snapshot!("real_set_ups", said.join("\n"));
+}
+
+/// Itself, as a component's file.
+struct Itself(Vec<u8>);
+
+impl Sources for Itself {
+    fn read(&self, _: &str) -> Result<Option<Vec<u8>>, String> {
+        Ok(Some(self.0.clone()))
+    }
+}
+
+proptest! {
+    /// Whatever a file says, what is written can be read, and says the components in their order.
+    #[test]
+    fn what_is_made_of_any_file_is_a_profile(lines in proptest::collection::vec(line(), 0..12)) {
+        let bytes = lines.join("\n").into_bytes();
+        let mut report = Report::default();
+        let setup = load(&[("rtc.conf", &bytes)], &Itself(bytes.clone()), &mut report);
+        let options = Options { name: None, created: "2026-01-15T10:00:00", types: &[], managers_inside: true };
+        let made = convert(&setup, &options);
+        report.extend(made.report.clone());
+        report.findings.iter().for_each(|finding| drop(render(finding)));
+        let text = made.text(Format::Xml);
+        let read = rts_profile::read("made.xml", text.as_bytes()).unwrap();
+        prop_assert_eq!(read.findings, Report::default());
+        let names = |profile: &rts_schemas::rts_profile::model::RtsProfile| -> Vec<String> {
+            profile.components.iter().map(|c| c.instance_name.clone().unwrap().value).collect()
+        };
+        let written: Vec<String> =
+            made.profile.components.iter().map(|c| c.instance_name.clone().unwrap().value).collect();
+        prop_assert_eq!(names(&read.profile), written);
+        overlay::read("made.yaml", made.overlay.as_bytes()).unwrap();
+        // What is no error may be deployed, but for names that nothing here judges.
+        if !report.has_errors() {
+            let judged = rts_profile::load("made.xml", text.as_bytes(), Some("x"), &[]);
+            let wrong = judged.err().map(|report| report.findings).unwrap_or_default();
+            prop_assert!(wrong.iter().all(|f| f.code == "bad-name" || f.code == "data-type-mismatch"), "{:?}", wrong);
+        }
+    }
+}
+
+/// A line that is nearly one of a real file.
+fn line() -> impl Strategy<Value = String> {
+    let key = prop_oneof![
+        Just("manager.components.precreate"),
+        Just("manager.components.preconnect"),
+        Just("manager.components.preactivation"),
+        Just("manager.instance_name"),
+        Just("corba.nameservers"),
+        Just("naming.formats"),
+        Just("exec_cxt.periodic.rate"),
+        Just("c.A0.config_file"),
+        Just("c.A.conf.default.x"),
+        Just("conf.set.y"),
+        Just("configuration.active_config"),
+        Just("rtsctl.type"),
+    ];
+    let item = "(A|B|A0|B0|A0\\.o|RTC:v:c:A:1|rtcname://h:1/B0\\.i|A0\\.o\\?port=B0\\.i|B0\\.i:A0\\.o\\(k=v\\)|A\\?instance_name=[ -~]{1,3}|%n\\.rtc|[ -~あ]{0,6}|[0-9]{1,4})";
+    let value = proptest::collection::vec(item, 0..4).prop_map(|items| items.join(", "));
+    (key, "(: |:|=| )", value, "(|\\\\|\r)")
+        .prop_map(|(key, mark, value, end)| format!("{key}{mark}{value}{end}"))
 }
 
 #[test]

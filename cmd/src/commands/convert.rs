@@ -6,7 +6,7 @@ mod set_up;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use rts_schemas::diagnostic::{Report, Severity, render};
+use rts_schemas::diagnostic::{Finding, Report, Severity, render};
 use rts_schemas::form::Format;
 use rts_schemas::{rtc_profile, rts_profile};
 
@@ -147,20 +147,20 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
 
 /// Prints all that was found, and gives the number of errors that stand in the way.
 fn tell(mut report: Report, force: bool, out: &Output) -> usize {
-    let mut errors = 0;
-    for finding in &mut report.findings {
-        match finding.severity {
-            Severity::Error if force => finding.severity = Severity::Warning,
-            Severity::Error => errors += 1,
-            // Nothing is left out without a word.
-            Severity::Note => out.say(&render(finding)),
-            Severity::Warning => {}
-        }
+    if force {
+        let errors = report.findings.iter_mut();
+        let errors = errors.filter(|finding| finding.severity == Severity::Error);
+        errors.for_each(|finding| finding.severity = Severity::Warning);
     }
-    report
+    let (notes, others): (Vec<_>, Vec<_>) = report
         .findings
-        .retain(|finding| finding.severity != Severity::Note);
-    findings::print(&report, out);
+        .into_iter()
+        .partition(|finding| finding.severity == Severity::Note);
+    let is_error = |finding: &&Finding| finding.severity == Severity::Error;
+    let errors = others.iter().filter(is_error).count();
+    findings::print(&Report { findings: others }, out);
+    // Nothing is left out without a word.
+    notes.iter().for_each(|note| out.say(&render(note)));
     errors
 }
 

@@ -24,7 +24,10 @@ fn xml_becomes_yaml_and_xml_again() {
     let edge = with(&["hello/system.xml"]);
     let (code, yaml, stderr) = edge.run(&["convert", "hello/system.xml", "--to", "yaml"]);
     assert_eq!(code, 0, "{stderr}");
-    insta::assert_snapshot!(stderr, @"");
+    insta::assert_snapshot!(stderr, @r"
+    warning[comments-left-out]: 3 comments of the XML have no place in the YAML
+      = help: keep the XML too
+    ");
     assert!(yaml.starts_with("rtsProfile:\n"), "{yaml}");
     // The format is that of the name.
     let (code, stdout, _) = edge.run(&["convert", "hello/system.xml", "--out", "a.yaml", "-q"]);
@@ -50,7 +53,21 @@ fn what_a_version_cannot_say_is_refused_or_left_out() {
         "old.xml",
     ]);
     assert_eq!((code, stdout.as_str()), (3, ""));
-    insta::assert_snapshot!(stderr, @"");
+    insta::assert_snapshot!(stderr, @r#"
+    error[version-cannot-say]: version 0.1 cannot say the kind `FsmECShared` of a composite component
+     --> invalid/version-cannot-say/system.xml:3:141
+      |
+    3 | …otor0.rtc" rts:compositeType="FsmECShared" rts:isRequired="true"/>
+      |                                ^^^^^^^^^^^
+      = help: take it out of the profile, or leave it out with `--force`
+    error[version-cannot-say]: version 0.1 cannot say `rts:Activation`
+     --> invalid/version-cannot-say/system.xml:4:5
+      |
+    4 |     <rts:Activation>
+      |     ^^^^^^^^^^^^^^^^
+      = help: take it out of the profile, or leave it out with `--force`
+    error: cannot convert invalid/version-cannot-say/system.xml: 2 errors
+    "#);
     assert!(!edge.folder.path().join("old.xml").exists());
     let (code, old, stderr) = edge.run(&["convert", file, "--profile-version", "0.1", "--force"]);
     assert_eq!(code, 0);
@@ -111,7 +128,15 @@ fn a_set_up_becomes_a_profile_and_an_overlay() {
         (0, "written to lab.xml\n"),
         "{stderr}"
     );
-    insta::assert_snapshot!(stderr, @"");
+    insta::assert_snapshot!(stderr, @r"
+    note[conf-not-carried]: a profile has no place for logger.enable, manager.modules.load_path, manager.modules.preload
+     --> rtc_conf/conf/rtc_cpp.conf:5:1
+      |
+    5 | logger.enable: NO
+      | ^^^^^^^^^^^^^
+      = help: modules are found where the agent looks for them; of several name servers and formats the first counts
+    the managers are in managers.yaml
+    ");
     let read = |name: &str| std::fs::read_to_string(edge.folder.path().join(name)).unwrap();
     let profile = read("lab.xml");
     assert!(
@@ -119,7 +144,20 @@ fn a_set_up_becomes_a_profile_and_an_overlay() {
         "{profile}"
     );
     assert!(!profile.contains("rtsctl.manager"), "{profile}");
-    insta::assert_snapshot!(read("managers.yaml"), @"");
+    insta::assert_snapshot!(read("managers.yaml"), @r"
+    apiVersion: rtsctl.dev/v1
+    kind: Deployment
+    metadata:
+      name: rtc-conf
+    spec:
+      components:
+        Sine0:
+          manager: manager_cpp
+        Filter0:
+          manager: manager_cpp
+        Printer0:
+          manager: manager_py
+    ");
     // Without an overlay the profile says the managers itself.
     let (code, alone, _) = edge.run(&["convert", cpp, py, "--name", "lab"]);
     assert_eq!(code, 0);
