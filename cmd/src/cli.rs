@@ -6,7 +6,7 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    activate, apply, check, completion, conf, connect, controller, deactivate, describe, diff,
+    activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe, diff,
     disconnect, docs, down, events, explain, export, get, logs, manager, plan, reset, schema, teardown, up,
     version,
 };
@@ -115,6 +115,7 @@ pub enum Command {
     Connect(connect::Args),
     Disconnect(disconnect::Args),
     Export(export::Args),
+    Convert(convert::Args),
     #[command(subcommand)]
     Manager(manager::Command),
     #[command(subcommand)]
@@ -132,6 +133,7 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         // These need no home.
         Command::Check(args) => check::run(&args, out),
         Command::Completion(args) => completion::run(&args, out),
+        Command::Convert(args) => convert::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
         Command::Schema(args) => schema::run(&args, out),
         command => match Session::new(&cli.globals, *out) {
@@ -179,6 +181,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Connect(args) => connect::run(args, session).await,
         Command::Disconnect(args) => disconnect::run(args, session).await,
         Command::Export(args) => export::run(&args, session).await,
+        Command::Convert(args) => convert::run(&args, &session.out),
         Command::Manager(command) => manager::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
         Command::Check(args) => check::run(&args, &session.out),

@@ -67,6 +67,14 @@ pub enum CliError {
         /// How many (`2 errors`).
         errors: String,
     },
+    /// Files that cannot be converted; why has been printed.
+    #[error("cannot convert {files}: {errors}")]
+    NotConverted {
+        /// The files.
+        files: String,
+        /// How many errors (`2 errors`).
+        errors: String,
+    },
     /// A request failed.
     #[error("cannot {what}")]
     Request {
@@ -178,6 +186,7 @@ impl CliError {
             CliError::Read { .. }
             | CliError::Backup(_)
             | CliError::SavedPlan { .. }
+            | CliError::NotConverted { .. }
             | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),

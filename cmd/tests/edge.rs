@@ -5,6 +5,9 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+#[path = "edge/convert.rs"]
+mod convert;
+
 const NO_PORT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <rts:RtsProfile rts:id="RTSystem:v:edge:1.0" rts:version="0.2"
   xmlns:rts="http://www.openrtp.org/namespaces/rts">

@@ -16,6 +16,7 @@ mod same;
 mod schema;
 mod unknown;
 mod vocabulary;
+mod walk;
 mod write_xml;
 mod write_yaml;
 
@@ -30,6 +31,7 @@ pub use same::{same, strip_places};
 pub use schema::schema;
 pub use unknown::report_unknown;
 pub use vocabulary::{Opened, Tree, Vocabulary, open};
+pub use walk::{Taken, comments, each_text, take_fields};
 pub use write_xml::element_of;
 pub use write_yaml::yaml_of;
 

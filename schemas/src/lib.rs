@@ -10,6 +10,7 @@ pub mod json_schema;
 pub mod names;
 pub mod overlay;
 pub mod placement;
+pub mod rtc_conf;
 pub mod rtc_profile;
 pub mod rts_profile;
 pub mod span;

@@ -74,6 +74,35 @@ pub fn type_name(id: &str, instance: &str) -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
 }
 
+/// `RTC:vendor.category.type:version` (version 0.1) as `RTC:vendor:category:type:version`, and `RTSystem:vendor.name:version`
+/// as `RTSystem:vendor:name:version`; any other id as it is. Only the vendor may have dots of its own.
+pub fn id_with_colons(id: &str) -> String {
+    let fields: Vec<&str> = id.split(':').collect();
+    let [head, dotted, version] = fields.as_slice() else {
+        return id.to_owned();
+    };
+    let count = if head.trim() == "RTSystem" { 2 } else { 3 };
+    let mut parts: Vec<&str> = dotted.rsplitn(count, '.').collect();
+    if parts.len() < count {
+        return id.to_owned();
+    }
+    parts.reverse();
+    format!("{head}:{}:{version}", parts.join(":"))
+}
+
+/// The other way round; `None` when the id cannot be said with dots.
+pub fn id_with_dots(id: &str) -> Option<String> {
+    let fields: Vec<&str> = id.split(':').collect();
+    let (head, version) = (fields.first()?, fields.last()?);
+    let dotted = match fields.len() {
+        0..=3 => return Some(id.to_owned()),
+        4 | 5 => fields[1..fields.len() - 1].join("."),
+        _ => return None,
+    };
+    let dotted = format!("{head}:{dotted}:{version}");
+    (id_with_colons(&dotted) == id).then_some(dotted)
+}
+
 /// Any text as a DNS label: lower case, other characters as single hyphens, at most 63.
 pub fn dns_label(text: &str) -> Option<String> {
     let mut label = String::new();
@@ -306,6 +335,26 @@ mod tests {
         let long = format!("{}.out-{}.in", "x".repeat(128), "y".repeat(128));
         assert_eq!(connector_name_fault(&long), None);
         assert_eq!(connector_name_fault("a/b"), Some("it has a `/`"));
+    }
+
+    #[test]
+    fn ids_with_dots_and_colons() {
+        for (dots, colons) in [
+            (
+                "RTC:Noriaki Ando, AIST.example.ConsoleIn:1.0",
+                "RTC:Noriaki Ando, AIST:example:ConsoleIn:1.0",
+            ),
+            ("RTC:Meijo Univ..a.B:1.0", "RTC:Meijo Univ.:a:B:1.0"),
+            ("RTSystem:ta.ta-sample:1.0", "RTSystem:ta:ta-sample:1.0"),
+        ] {
+            assert_eq!(id_with_colons(dots), colons);
+            assert_eq!(id_with_dots(colons).as_deref(), Some(dots));
+        }
+        for other in ["", "x", "RTC:a.b:1.0", "RTC:a"] {
+            assert_eq!(id_with_colons(other), other);
+        }
+        assert_eq!(id_with_dots("RTC:v:a.b:C:1.0"), None);
+        assert_eq!(id_with_dots("RTC:v:a:b:c:d:1.0"), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! RTC Profile (XML or YAML, versions 0.1, 0.2 and 0.3): what one type of component is, its ports and parameters.
 
 pub mod forms;
+pub mod versions;
 
 use crate::diagnostic::{Place, Report, Source};
 use crate::form::{self, Around, Format, Opened};

@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rts_schemas::diagnostic::{Report, Severity};
+use rts_schemas::rts_profile::versions::{Version, to_version};
 use rts_schemas::rts_profile::{
-    Format, LowerOptions, ReadProfile, WriteOptions, load, lower, read, sayable, write,
+    Format, LowerOptions, ReadProfile, WriteOptions, format, load, lower, read, sayable, write,
 };
 use rts_schemas::system::{SendingTiming, SystemSpec, WaitFor};
 use rts_schemas::{check, names};
@@ -152,6 +153,99 @@ fn every_file_is_written_as_the_same_system() {
     }
     println!("{same} systems came back without a change");
     assert!(same >= 80, "{same}");
+}
+
+/// A profile in the older version, and that one in the newer again, are the same system but for what is named as lost.
+#[test]
+fn every_file_goes_to_the_old_version_and_back() {
+    let (Some(rts), Some(derived)) = (files("rts"), files("derived")) else {
+        return;
+    };
+    let of = |bytes: &[u8], file: &str| {
+        let profile = read(file, bytes).unwrap();
+        let spec = lower(
+            &profile,
+            &LowerOptions {
+                name: Some("x"),
+                file_stem: None,
+            },
+        )
+        .0;
+        (profile, spec.unwrap())
+    };
+    // The order of connectors is that of their ports in the old version.
+    let plain = |mut spec: SystemSpec| {
+        let starting = std::mem::take(&mut spec.orders).start_up;
+        spec.orders.start_up = starting;
+        spec.orders
+            .start_up
+            .sort_by_key(|c| (c.sequence, c.target.clone()));
+        spec.connectors.sort_by(|a, b| a.name.cmp(&b.name));
+        spec.full_id = names::id_with_colons(&spec.full_id);
+        for component in &mut spec.components {
+            component.full_id = names::id_with_colons(&component.full_id);
+        }
+        spec
+    };
+    let (mut same, mut lost) = (0, BTreeMap::<String, usize>::new());
+    for (file, bytes) in rts.iter().chain(&derived) {
+        let (profile, spec) = of(bytes, file);
+        let (old, around, report) = to_version(&profile, Version::V01);
+        let text = format(&old, &around, Format::Xml);
+        let (old_profile, old_spec) = of(text.as_bytes(), "old.xml");
+        for finding in &report.findings {
+            *lost.entry(finding.message.clone()).or_default() += 1;
+        }
+        let orders_only = report
+            .findings
+            .iter()
+            .all(|f| f.message.contains("tion`") || f.message.contains("Down`"));
+        if orders_only {
+            assert_eq!(plain(old_spec), plain(spec.clone()), "{file}");
+            same += 1;
+        }
+        let (new, around, report) = to_version(&old_profile, Version::V02);
+        let known = |message: &str| message.contains("`Choice`");
+        assert!(
+            report.findings.iter().all(|f| known(&f.message)),
+            "{file}: {report:?}"
+        );
+        let (_, new_spec) = of(format(&new, &around, Format::Xml).as_bytes(), "new.xml");
+        if orders_only {
+            assert_eq!(plain(new_spec), plain(spec), "{file}");
+        }
+    }
+    println!("{same} systems in the old version without other loss than orders");
+    assert!(same >= 60, "{same}");
+    insta::assert_json_snapshot!("lost_in_the_old_version", lost);
+}
+
+#[test]
+fn every_rtc_profile_changes_its_version_once() {
+    use rts_schemas::rtc_profile::{format, read, versions::Version, versions::to_version};
+    let Some(rtc) = files("rtc") else { return };
+    let mut read_files = 0;
+    for (file, bytes) in &rtc {
+        let Ok(profile) = read(file, bytes) else {
+            continue;
+        };
+        read_files += 1;
+        for version in [Version::V01, Version::V02, Version::V03] {
+            let (new, _) = to_version(&profile, version);
+            let text = format(&new, &profile.around, Format::Xml);
+            let again = read("new.xml", text.as_bytes()).unwrap();
+            let (twice, report) = to_version(&again, version);
+            assert!(
+                !report.has_errors(),
+                "{file} in {}: {report:?}",
+                version.name()
+            );
+            let twice = format(&twice, &again.around, Format::Xml);
+            assert!(twice == text, "{file} in {}", version.name());
+        }
+    }
+    println!("{read_files} RTC Profiles");
+    assert!(read_files >= 100, "{read_files}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use rts_schemas::{rtc_profile, rts_profile};
+use rts_schemas::{rtc_conf, rtc_profile, rts_profile};
 
 /// Bytes of memory for a byte of the worst file.
 const TIMES: usize = 256;
@@ -99,6 +99,19 @@ fn memory_is_bounded_by_the_size_of_the_file() {
         println!("{times:4} x {name:?}");
         if used > TIMES * text.len() + (1 << 20) {
             beyond.push(format!("{times} x {name:?}"));
+        }
+    }
+    for line in [
+        "a\n", "a:\n", "a: 1\n", "\\a\n", "a: \\\n", "#\n", "\n", "a\\b\\",
+    ] {
+        let numbered = |number: usize| line.replace('a', &format!("k{number}"));
+        for text in [line.repeat(100_000), (0..9_000).map(numbered).collect()] {
+            let used = peak(|| drop(rtc_conf::read("f", text.as_bytes())));
+            let times = used / text.len();
+            println!("{times:4} x conf {line:?}");
+            if used > 64 * text.len() + (1 << 20) {
+                beyond.push(format!("{times} x conf {line:?}"));
+            }
         }
     }
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));

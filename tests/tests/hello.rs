@@ -161,6 +161,41 @@ fn the_yaml_twin_is_the_same_system() {
 }
 
 #[test]
+fn a_set_up_of_rtc_conf_files_runs_as_a_system() {
+    let stack = Stack::new();
+    let (profile, overlay) = (stack.write("made.xml", ""), stack.write("made.yaml", ""));
+    let (profile, overlay) = (profile.display().to_string(), overlay.display().to_string());
+    let conf = |name: &str| format!("manifests/rtc_conf/conf/{name}");
+    stack.expect(
+        0,
+        &[
+            "convert",
+            &conf("rtc_cpp.conf"),
+            &conf("rtc_py.conf"),
+            "--rtc",
+            "manifests/rtc_conf/rtc",
+            "--out",
+            &profile,
+            "--overlay",
+            &overlay,
+        ],
+    );
+    stack.expect(0, &["apply", &profile, "-f", &overlay]);
+    for component in stack.get("components") {
+        assert_eq!(component["status"]["state"], "Active");
+        let manager = match component["metadata"]["name"].as_str() {
+            Some("Printer0") => "manager_py",
+            _ => "manager_cpp",
+        };
+        assert_eq!(component["status"]["manager"], manager);
+    }
+    let sine = stack.named("components", "Sine0");
+    assert_eq!(sine["status"]["configuration"]["active"], "slow");
+    stack.until("connectors", "samples arrive on both connectors", flowing);
+    stack.leaves_nothing();
+}
+
+#[test]
 fn diff_says_what_changes_and_apply_does_just_that() {
     let stack = Stack::new();
     stack.expect(0, &["apply", HELLO]);

@@ -8,6 +8,7 @@ pub mod completion;
 pub mod conf;
 pub mod connect;
 pub mod controller;
+pub mod convert;
 pub mod deactivate;
 pub mod describe;
 pub mod diff;

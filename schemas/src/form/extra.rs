@@ -1,5 +1,6 @@
 //! What a type has no field for, and in which order everything stood.
 
+use super::FormType;
 use crate::span::Text;
 use crate::xml::{Attribute, Element};
 use crate::yaml;
@@ -42,6 +43,20 @@ impl Extra {
         self.0.get_or_insert_default()
     }
 
+    /// The same beside a form of another type. The order is that of the other type's schema; what has no field stays
+    /// before what stood behind it.
+    #[must_use]
+    pub fn moved(&self, from: &FormType, to: &FormType) -> Self {
+        let Some(beside) = &self.0 else {
+            return Self::default();
+        };
+        let mut beside = beside.clone();
+        for order in [&mut beside.attribute_order, &mut beside.node_order] {
+            *order = moved(std::mem::take(order), from, to);
+        }
+        Self(Some(beside))
+    }
+
     /// Forgets what says nothing: an order that is that of the fields, and an empty box.
     pub fn tidy(&mut self) {
         let Some(beside) = &mut self.0 else { return };
@@ -59,6 +74,33 @@ impl Extra {
             self.0 = None;
         }
     }
+}
+
+/// An order in the fields of another type, which are found by their names.
+fn moved(order: Vec<Place>, from: &FormType, to: &FormType) -> Vec<Place> {
+    let index = |at: usize| {
+        let old = from.fields.get(at)?;
+        let new = to.fields.iter().position(|field| field.name == old.name)?;
+        Some((u16::try_from(new).ok()?, to.fields[new].local == old.local))
+    };
+    let mut groups: Vec<(u16, Vec<Place>)> = Vec::new();
+    let mut others = Vec::new();
+    for place in order {
+        let Some((new, same)) = place.field().and_then(index) else {
+            others.extend((place == Place::Other).then_some(Place::Other));
+            continue;
+        };
+        let place = match place {
+            Place::Spelled(_, name) if same => Place::Spelled(new, name),
+            _ => Place::Field(new),
+        };
+        let mut group = std::mem::take(&mut others);
+        group.push(place);
+        groups.push((new, group));
+    }
+    groups.sort_by_key(|(field, _)| *field);
+    let groups = groups.into_iter().flat_map(|(_, group)| group);
+    groups.chain(others).collect()
 }
 
 /// A node without a field.

@@ -11,6 +11,8 @@ use super::model::{
 use connectors::{data_connectors, nested, service_connectors};
 use start_up::start_up;
 
+pub(super) use start_up::duration;
+
 /// The mirror of a profile.
 pub(super) fn mirror(shape: &Shape) -> RtsProfile {
     match shape {

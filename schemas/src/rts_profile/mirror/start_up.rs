@@ -38,7 +38,7 @@ pub(super) fn start_up(component: &v01::Component) -> Option<Condition> {
 }
 
 /// Milliseconds of a duration of XML Schema, in hours, minutes and seconds: `PT1M30.5S`.
-fn duration(text: &str) -> Option<u64> {
+pub(in crate::rts_profile) fn duration(text: &str) -> Option<u64> {
     let mut rest = text
         .trim()
         .strip_prefix("PT")
