@@ -7,6 +7,7 @@ mod date;
 mod declare;
 mod extra;
 mod format;
+mod order;
 mod patch;
 mod place;
 mod print_yaml;

@@ -2,6 +2,7 @@
 //!
 //! No I/O happens here: text comes in, models and findings go out. Files are read by the programs.
 
+pub mod canonical;
 pub mod check;
 pub mod codes;
 pub mod diagnostic;
