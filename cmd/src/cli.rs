@@ -7,7 +7,8 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, completion, conf, connect, controller, deactivate, describe, diff, disconnect,
-    docs, down, events, explain, export, get, logs, manager, plan, reset, teardown, up, version,
+    docs, down, events, explain, export, fmt, get, logs, manager, plan, reset, teardown, up,
+    version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -98,8 +99,9 @@ pub enum Command {
     Apply(apply::Args),
     Diff(diff::Args),
     Plan(plan::Args),
-    #[command(visible_alias = "explain-plan")]
     Explain(explain::Args),
+    ExplainPlan(explain::PlanArgs),
+    Fmt(fmt::Args),
     Get(get::Args),
     Describe(describe::Args),
     Events(events::Args),
@@ -129,6 +131,8 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         // These need no home.
         Command::Completion(args) => completion::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
+        Command::Fmt(args) => fmt::run(&args, out),
+        Command::Explain(args) if args.is_field() => explain::fields(&args, out),
         command => match Session::new(&cli.globals, *out) {
             Ok(session) => return within(command, &session),
             Err(e) => Err(e),
@@ -161,7 +165,9 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Apply(args) => apply::run(args, session).await,
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,
-        Command::Explain(args) => explain::run(args, session).await,
+        Command::Explain(args) => explain::run(args.plan, session).await,
+        Command::ExplainPlan(args) => explain::run(args, session).await,
+        Command::Fmt(args) => fmt::run(&args, &session.out),
         Command::Get(args) => get::run(args, session).await,
         Command::Describe(args) => describe::run(&args, session).await,
         Command::Events(args) => events::run(args, session).await,

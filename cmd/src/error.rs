@@ -67,6 +67,12 @@ pub enum CliError {
         /// How many (`2 errors`).
         errors: String,
     },
+    /// Files have no canonical form; why was printed.
+    #[error("{files} not formatted: left as it was")]
+    NotFormatted {
+        /// How many (`2 files`).
+        files: String,
+    },
     /// A request failed.
     #[error("cannot {what}")]
     Request {
@@ -178,6 +184,7 @@ impl CliError {
             CliError::Read { .. }
             | CliError::Backup(_)
             | CliError::SavedPlan { .. }
+            | CliError::NotFormatted { .. }
             | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),

@@ -219,12 +219,12 @@ fn blame(profile: &str, report: &Report) -> (String, usize) {
     (file.unwrap_or_else(|| profile.to_owned()), errors.len())
 }
 
-fn is_stdin(path: &Path) -> bool {
+pub(crate) fn is_stdin(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 /// The file's name in messages.
-fn shown(path: &Path) -> String {
+pub(crate) fn shown(path: &Path) -> String {
     if is_stdin(path) {
         "<stdin>".to_owned()
     } else {
@@ -233,7 +233,7 @@ fn shown(path: &Path) -> String {
 }
 
 /// A whole file, within bounds.
-fn read(path: &Path) -> Result<Vec<u8>, CliError> {
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     let failed = |source| CliError::Read {
         path: PathBuf::from(shown(path)),
         source,

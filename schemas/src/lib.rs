@@ -6,6 +6,7 @@ pub mod canonical;
 pub mod check;
 pub mod codes;
 pub mod diagnostic;
+pub mod docs;
 pub mod form;
 pub mod names;
 pub mod overlay;
