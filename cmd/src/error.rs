@@ -68,7 +68,7 @@ pub enum CliError {
         errors: String,
     },
     /// Files have no canonical form; why was printed.
-    #[error("{files} not formatted: left as it was")]
+    #[error("cannot format {files}: no byte was changed")]
     NotFormatted {
         /// How many (`2 files`).
         files: String,

@@ -8,6 +8,7 @@ mod equal;
 
 use crate::diagnostic::{Finding, Place, Report, Source};
 use crate::form::{Around, Form, Format, Vocabulary, format, same};
+use crate::span::Text;
 use crate::{rtc_profile, rts_profile, xml, yaml};
 
 /// A profile and its canonical text.
@@ -51,6 +52,9 @@ pub fn canonical(file_name: &str, bytes: &[u8]) -> Result<Canonical, Report> {
         && let Some(place) = yaml::first_comment(&read.source)
     {
         return Err(comments_would_be_lost(place));
+    }
+    if let Some(finding) = beside_the_profile(&read) {
+        return Err(alone(finding));
     }
     let text = format(&*read.form, &read.around, read.words, read.format);
     match unfaithful(&read, &text) {
@@ -111,13 +115,6 @@ fn unfaithful(read: &Profile, text: &str) -> Option<String> {
             return Some(what);
         }
     }
-    if read.format == Format::Yaml {
-        let root = yaml::parse(&read.source);
-        let beside = |(key, _): &&(crate::span::Text, _)| key.value != read.words.key;
-        if let Some((key, _)) = root.iter().flat_map(|root| root.entries()).find(beside) {
-            return Some(format!("`{}` beside the profile would be lost", key.value));
-        }
-    }
     let Ok(again) = self::read("", text.as_bytes()) else {
         return Some("it could not be read again".to_owned());
     };
@@ -144,6 +141,24 @@ fn comments_would_be_lost(place: Place) -> Report {
             .at(Some(place))
             .help(help),
     )
+}
+
+/// What stands beside the root key of YAML, which no form holds.
+fn beside_the_profile(read: &Profile) -> Option<Finding> {
+    if read.format == Format::Xml {
+        return None;
+    }
+    let root = yaml::parse(&read.source).ok()?;
+    let beside = |(key, _): &&(Text, yaml::Node)| key.value != read.words.key;
+    let (key, _) = root.entries().iter().find(beside)?;
+    let message = format!(
+        "`{}` stands beside `{}:`, and would be lost",
+        key.value, read.words.key
+    );
+    let place = read.source.place(key.span.start, key.span.end);
+    let place = (!key.span.is_unknown()).then_some(place);
+    let finding = Finding::error("not-canonical", message).at(place);
+    Some(finding.help("remove it, or move it into the profile"))
 }
 
 /// An overlay is written by hand: its comments and its order are part of it.

@@ -1,5 +1,6 @@
 //! What the codes of findings mean: one line each, and an explanation with an example and a way to mend it.
 
+mod canonical;
 mod overlay;
 mod plan;
 mod profile;
@@ -19,13 +20,14 @@ pub struct Code {
 }
 
 /// Areas of codes.
-const AREAS: [&[Code]; 6] = [
+const AREAS: [&[Code]; 7] = [
     reading::CODES,
     profile::CODES,
     overlay::CODES,
     rtc_profile::CODES,
     rtc_conf::CODES,
     plan::CODES,
+    canonical::CODES,
 ];
 
 /// Every code, area by area.

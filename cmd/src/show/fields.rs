@@ -8,13 +8,17 @@ const WIDTH: usize = 80;
 
 /// For people.
 pub fn text(found: &Found, recursive: bool) -> String {
-    let mut text = format!("KIND:   {}\n", found.root.title);
+    let mut text = format!("KIND:    {}\n", found.root.title);
     match &found.field {
-        None => text.push_str(&format!("ROOT:   {}\n", found.root.written)),
+        None => text.push_str(&format!("ROOT:    {}\n", found.root.written)),
         Some(field) => {
-            text.push_str(&format!("FIELD:  {} <{}>\n", found.path, field.kind));
-            let xml = field.xml.iter().map(|xml| format!("XML:    {xml}\n"));
-            let yaml = field.yaml.iter().map(|yaml| format!("YAML:   {yaml}:\n"));
+            let required = required(field);
+            text.push_str(&format!(
+                "FIELD:   {} <{}>{required}\n",
+                found.path, field.kind
+            ));
+            let xml = field.xml.iter().map(|xml| format!("XML:     {xml}\n"));
+            let yaml = field.yaml.iter().map(|yaml| format!("YAML:    {yaml}:\n"));
             text.extend(xml.chain(yaml));
             text.push_str(&facts(&field.facts, ""));
         }
@@ -38,8 +42,13 @@ pub fn text(found: &Found, recursive: bool) -> String {
 }
 
 fn head(field: &Field, indent: &str) -> String {
-    let required = field.facts.required.as_ref().map_or("", |_| " -required-");
+    let required = required(field);
     format!("{indent}{} <{}>{required}\n", field.name, field.kind)
+}
+
+/// The schema demands it; readers are more tolerant.
+fn required(field: &Field) -> &'static str {
+    field.facts.required.as_ref().map_or("", |_| " -required-")
 }
 
 fn list(docs: &Docs, text: &mut String) {
@@ -75,16 +84,15 @@ fn tree(docs: &Docs, depth: usize, around: &mut Vec<String>, text: &mut String) 
 fn facts(facts: &Facts, indent: &str) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
-        text.push_str(&format!("{indent}{:<8}{value}\n", format!("{name}:")));
+        text.push_str(&format!("{indent}{:<9}{value}\n", format!("{name}:")));
     };
     if !facts.values.is_empty() {
         line("ENUM", &facts.values.join(", "));
     }
     let others = [
-        ("NEEDED", &facts.required),
         ("DEFAULT", &facts.default),
         ("UNIT", &facts.unit),
-        ("SINCE", &facts.versions),
+        ("VERSION", &facts.versions),
     ];
     for (name, value) in others {
         if let Some(value) = value {
