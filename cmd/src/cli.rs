@@ -7,7 +7,7 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe, diff,
-    disconnect, docs, down, events, explain, export, get, logs, manager, plan, reset, schema, teardown, up,
+    disconnect, docs, down, events, explain, export, fmt, get, logs, manager, plan, reset, schema, teardown, up,
     version,
 };
 use crate::error::CliError;
@@ -100,8 +100,9 @@ pub enum Command {
     Diff(diff::Args),
     Plan(plan::Args),
     Check(check::Args),
-    #[command(visible_alias = "explain-plan")]
     Explain(explain::Args),
+    ExplainPlan(explain::PlanArgs),
+    Fmt(fmt::Args),
     Get(get::Args),
     Describe(describe::Args),
     Events(events::Args),
@@ -136,6 +137,8 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         Command::Convert(args) => convert::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
         Command::Schema(args) => schema::run(&args, out),
+        Command::Fmt(args) => fmt::run(&args, out),
+        Command::Explain(args) if args.is_field() => explain::fields(&args, out),
         command => match Session::new(&cli.globals, *out) {
             Ok(session) => return within(command, &session),
             Err(e) => Err(e),
@@ -168,7 +171,9 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Apply(args) => apply::run(args, session).await,
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,
-        Command::Explain(args) => explain::run(args, session).await,
+        Command::Explain(args) => explain::run(args.plan, session).await,
+        Command::ExplainPlan(args) => explain::run(args, session).await,
+        Command::Fmt(args) => fmt::run(&args, &session.out),
         Command::Get(args) => get::run(args, session).await,
         Command::Describe(args) => describe::run(&args, session).await,
         Command::Events(args) => events::run(args, session).await,

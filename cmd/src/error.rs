@@ -75,6 +75,12 @@ pub enum CliError {
         /// How many errors (`2 errors`).
         errors: String,
     },
+    /// Files have no canonical form; why was printed.
+    #[error("cannot format {files}: no byte was changed")]
+    NotFormatted {
+        /// How many (`2 files`).
+        files: String,
+    },
     /// A request failed.
     #[error("cannot {what}")]
     Request {
@@ -187,6 +193,7 @@ impl CliError {
             | CliError::Backup(_)
             | CliError::SavedPlan { .. }
             | CliError::NotConverted { .. }
+            | CliError::NotFormatted { .. }
             | CliError::Invalid { .. } => Exit::Invalid,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),

@@ -3,13 +3,16 @@
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, fchown};
 use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
 
 /// Mode of a file that is nobody's secret; the umask takes its part.
 const PUBLIC: u32 = 0o666;
+
+/// Mode of a file until it has the mode of the one that it replaces.
+const PRIVATE: u32 = 0o600;
 
 /// Replaces a file as a whole. What is there and is no file (a device, a pipe) is written to.
 pub fn save(path: &Path, text: &str) -> Result<(), CliError> {
@@ -19,8 +22,33 @@ pub fn save(path: &Path, text: &str) -> Result<(), CliError> {
         Ok(_) => path
             .canonicalize()
             .and_then(|file| replace(&file, text.as_bytes(), PUBLIC)),
-        Err(_) => replace(path, text.as_bytes(), PUBLIC),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            replace(path, text.as_bytes(), PUBLIC)
+        }
+        Err(error) => Err(error),
     };
+    written.map_err(|source| CliError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Replaces the text of a file that is there, as a whole: it keeps its mode and its owner, and a link to it stays one.
+pub fn rewrite(path: &Path, text: &str) -> Result<(), CliError> {
+    let written = path.canonicalize().and_then(|file| {
+        let old = std::fs::metadata(&file)?;
+        if !old.is_file() {
+            let reason = "it is no regular file";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+        }
+        // What may not be written to is not replaced either, though its folder would allow it.
+        File::options().append(true).open(&file)?;
+        replace_as(&file, text.as_bytes(), PRIVATE, |new| {
+            // Only root can give files away; for others the owner is the same.
+            let _ = fchown(new, Some(old.uid()), Some(old.gid()));
+            new.set_permissions(old.permissions())
+        })
+    });
     written.map_err(|source| CliError::Write {
         path: path.to_owned(),
         source,
@@ -29,11 +57,21 @@ pub fn save(path: &Path, text: &str) -> Result<(), CliError> {
 
 /// Replaces a file, or a link, as a whole; the new one has this mode.
 pub(crate) fn replace(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
+    replace_as(path, bytes, mode, |_| Ok(()))
+}
+
+fn replace_as(
+    path: &Path,
+    bytes: &[u8],
+    mode: u32,
+    finish: impl FnOnce(&File) -> io::Result<()>,
+) -> io::Result<()> {
     let new = beside(path).ok_or(io::ErrorKind::InvalidInput)?;
     let mut options = File::options();
     let created = options.write(true).create_new(true).mode(mode).open(&new);
     let written = created.and_then(|mut file| {
         file.write_all(bytes)?;
+        finish(&file)?;
         file.sync_all()?;
         std::fs::rename(&new, path)
     });
@@ -81,6 +119,35 @@ mod tests {
         assert!(link.is_symlink());
         save(Path::new("/dev/null"), "x").unwrap();
         assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
+    }
+
+    #[test]
+    fn a_file_that_is_rewritten_keeps_its_mode_and_its_links() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, "old").unwrap();
+        let mode = std::fs::Permissions::from_mode(0o646);
+        std::fs::set_permissions(&file, mode.clone()).unwrap();
+        std::os::unix::fs::symlink("file", &link).unwrap();
+        rewrite(&link, "new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "new");
+        assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o646);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+        for no_file in [folder.path().to_owned(), folder.path().join("none")] {
+            assert!(rewrite(&no_file, "x").is_err());
+        }
+    }
+
+    #[test]
+    fn links_in_a_circle_are_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+        std::os::unix::fs::symlink(&b, &a).unwrap();
+        std::os::unix::fs::symlink(&a, &b).unwrap();
+        assert!(save(&a, "x").is_err() && rewrite(&a, "x").is_err());
+        assert!(a.is_symlink() && b.is_symlink());
     }
 
     #[test]

@@ -13,6 +13,9 @@ const NO_PORT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   xmlns:rts="http://www.openrtp.org/namespaces/rts">
 "#;
 
+#[path = "edge/profiles.rs"]
+mod profiles;
+
 struct Edge {
     folder: tempfile::TempDir,
 }

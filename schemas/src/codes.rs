@@ -1,5 +1,6 @@
 //! What the codes of findings mean: one line each, and an explanation with an example and a way to mend it.
 
+mod canonical;
 mod connectors;
 mod overlay;
 mod parameters;
@@ -21,7 +22,7 @@ pub struct Code {
 }
 
 /// Areas of codes.
-const AREAS: [&[Code]; 8] = [
+const AREAS: [&[Code]; 9] = [
     reading::CODES,
     profile::CODES,
     connectors::CODES,
@@ -30,6 +31,7 @@ const AREAS: [&[Code]; 8] = [
     rtc_profile::CODES,
     rtc_conf::CODES,
     plan::CODES,
+    canonical::CODES,
 ];
 
 /// Every code, area by area.

@@ -7,6 +7,7 @@ mod date;
 mod declare;
 mod extra;
 mod format;
+mod order;
 mod patch;
 mod place;
 mod print_yaml;
@@ -115,24 +116,9 @@ impl FormType {
     pub fn field(&self, key: &str) -> Option<&'static FieldType> {
         read_yaml::find(self.fields, key).and_then(|at| self.fields.get(at))
     }
-
-    /// Its documentation as one text.
-    pub fn summary(&self) -> String {
-        summary(self.doc)
-    }
-}
-
-/// Doc comments start with a blank in each line.
-fn summary(doc: &str) -> String {
-    doc.lines().map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
 impl FieldType {
-    /// Its documentation as one text.
-    pub fn summary(&self) -> String {
-        summary(self.doc)
-    }
-
     /// The key that is written in YAML.
     pub fn key(&self) -> &'static str {
         self.keys.split('|').next().unwrap_or(self.keys)
@@ -271,7 +257,7 @@ mod tests {
     use crate::rts_profile::forms::Profile;
 
     #[test]
-    fn every_field_is_found_by_its_key_and_documented() {
+    fn every_field_is_found_by_its_key() {
         let mut open = vec![Profile::form_type(), RtcProfile::form_type()];
         let mut seen: Vec<&super::FormType> = Vec::new();
         while let Some(kind) = open.pop() {
@@ -279,16 +265,11 @@ mod tests {
                 continue;
             }
             seen.push(kind);
-            assert!(kind.summary().ends_with('.'), "{}", kind.name);
             for field in kind.fields {
                 let found = kind.field(field.key()).unwrap();
                 assert!(std::ptr::eq(found, field), "{}.{}", kind.name, field.name);
-                assert!(!field.summary().is_empty(), "{}.{}", kind.name, field.name);
                 open.extend(field.kind.form_type());
             }
         }
-        let field = Profile::form_type().field("components").unwrap();
-        let ports = field.kind.form_type().unwrap().field("dataPorts").unwrap();
-        assert_eq!(ports.summary(), "Data ports.");
     }
 }

@@ -2,9 +2,11 @@
 //!
 //! No I/O happens here: text comes in, models and findings go out. Files are read by the programs.
 
+pub mod canonical;
 pub mod check;
 pub mod codes;
 pub mod diagnostic;
+pub mod docs;
 pub mod form;
 pub mod json_schema;
 pub mod names;

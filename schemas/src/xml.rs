@@ -105,12 +105,14 @@ pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
                 tree.close();
             }
             Event::End(_) => tree.close(),
-            Event::Text(piece) => tree.text(&piece, span)?,
-            Event::CData(piece) => tree.text(&piece, span)?,
+            Event::Text(piece) => tree.text(&piece.xml10_content(), span)?,
+            Event::CData(piece) => tree.text(&piece.xml10_content(), span)?,
             Event::GeneralRef(name) => tree.text(&resolve(&name, span)?, span)?,
-            Event::Comment(comment) => tree.push(Node::Comment((*comment).to_owned())),
+            Event::Comment(comment) => {
+                tree.push(Node::Comment(comment.xml10_content().into_owned()));
+            }
             Event::DocType(_) => return Err(dtd_refused(span)),
-            Event::PI(pi) => tree.push(Node::Instruction((*pi).to_owned())),
+            Event::PI(pi) => tree.push(Node::Instruction(line_ends(&pi))),
             Event::Decl(_) => {}
             Event::Eof => break,
         }
@@ -274,6 +276,9 @@ fn bound(
         ResolveResult::Bound(namespace) => namespace.0,
         _ => "",
     };
+    let unescaped = quick_xml::escape::unescape(name)
+        .map_err(|error| XmlError::malformed(error.to_string(), span))?;
+    let name = &*unescaped;
     match result {
         _ if name.len() > NAMESPACE_LIMIT => Err(XmlError {
             code: "too-long",
@@ -297,6 +302,17 @@ fn bound(
             Err(error)
         }
     }
+}
+
+/// Line ends as XML has them, whatever the file has.
+fn line_ends(text: &str) -> String {
+    text.replace("\r\n", "\n").replace('\r', "\n")
+}
+
+/// True for a text of nothing but what XML calls blanks: others, as the wide one of Japanese, are letters to it.
+pub fn is_blank(text: &str) -> bool {
+    text.bytes()
+        .all(|byte| matches!(byte, b' ' | b'\t' | b'\r' | b'\n'))
 }
 
 /// The text of `&name;`: the five of XML, and characters by number.

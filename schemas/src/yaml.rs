@@ -3,7 +3,10 @@
 //! The crate gives values without places, so a second pass finds each key and scalar again in the text, in the order
 //! of the file. Scalars keep the spelling of the file (`1.10`, `0.2`), since a profile's values are texts.
 
+mod comments;
 mod locate;
+
+pub use comments::first_comment;
 
 use crate::diagnostic::{Finding, Place, Source};
 use crate::span::{Span, Text};

@@ -7,7 +7,9 @@ mod forms;
 
 use std::fmt::Write;
 
-use forms::{Tape, bare, edit, files, sorted};
+use forms::changes::{Change, assert_untouched, change, instances, moved, rename};
+use forms::{Tape, bare, edit, files, loose, sorted};
+use rts_schemas::canonical::canonical;
 use rts_schemas::diagnostic::Report;
 use rts_schemas::form::{Around, Form, Format, Value, Vocabulary, format, same, strip_places};
 use rts_schemas::rtc_profile::forms::RtcProfile;
@@ -215,6 +217,103 @@ fn what_is_written_is_the_tree_that_was_read() {
     }
 }
 
+/// `rtsctl fmt`: every file has a canonical form, in which nothing is lost, and which is its own.
+#[test]
+fn every_profile_has_a_canonical_form() {
+    let Some((all, _)) = corpus() else { return };
+    let mut changed = 0;
+    for read in &all {
+        let file = &read.file;
+        let made = canonical(file, &read.bytes).unwrap_or_else(|report| panic!("{report:?}"));
+        assert_eq!(made.format, read.format, "{file}");
+        changed += usize::from(made.text.as_bytes() != read.bytes);
+        let again = canonical(file, made.text.as_bytes()).unwrap();
+        assert!(again.text == made.text, "{file}");
+        assert!(
+            !made.text.contains('\r') && made.text.ends_with('\n'),
+            "{file}"
+        );
+    }
+    println!("{} files, {changed} of them in another form", all.len());
+    assert!(changed > all.len() / 2, "{changed}");
+}
+
+/// Every kind of edit in every file: the rest keeps its bytes, and the form alone writes the same tree.
+#[test]
+fn every_edit_leaves_the_rest_as_it_was() {
+    let Some((all, _)) = corpus() else { return };
+    let (mut edits, mut renamed) = (0, 0);
+    for (number, read) in all.iter().enumerate() {
+        if read.format != Format::Xml {
+            continue;
+        }
+        let document = Document::open(&read.file, &read.bytes).unwrap();
+        for round in 0..12_u32 {
+            let tape = tape(u32::try_from(number).unwrap() * 31 + round);
+            let mut new = read.profile.clone();
+            if let Some(change) = changed(&mut new, &mut Tape::new(&tape), round) {
+                edits += 1;
+                assert_edited(read, &document, &new, &change);
+            }
+        }
+        let mut names = Vec::new();
+        instances(read.profile.form(), &mut names);
+        if let Some(name) = names.first() {
+            let mut new = read.profile.clone();
+            renamed += rename(new.form_mut(), name, "Renamed0");
+            let patched = read.profile.patch(&document, &new).unwrap();
+            let quoted = |name: &str, quote: char| format!("nstanceName={quote}{name}{quote}");
+            let mut expected = document.text().to_owned();
+            for quote in ['"', '\''] {
+                expected = expected.replace(&quoted(name, quote), &quoted("Renamed0", quote));
+            }
+            assert_eq!(patched.text(), expected, "{}", read.file);
+        }
+    }
+    println!("{edits} edits, {renamed} names");
+    assert!(edits > 1000 && renamed > 100, "{edits} {renamed}");
+}
+
+fn tape(seed: u32) -> Vec<u8> {
+    (1..80_u32)
+        .map(|i| (seed.wrapping_mul(2_654_435_761).wrapping_add(i * 40_503) >> 9) as u8)
+        .map(|b| b.wrapping_mul(167).wrapping_add(13) ^ (b >> 3))
+        .collect()
+}
+
+fn changed(new: &mut Any, tape: &mut Tape<'_>, round: u32) -> Option<Change> {
+    match new {
+        Any::Rts(Shape::V02(profile)) if round == 0 => {
+            let here = profile.span.start;
+            moved(&mut profile.components, here, tape)
+        }
+        Any::Rts(Shape::V02(profile)) if round == 1 => {
+            let here = profile.span.start;
+            moved(&mut profile.data_port_connectors, here, tape)
+        }
+        Any::Rts(Shape::V02(profile)) if round == 2 => {
+            let component = profile.components.first_mut()?;
+            let here = component.span.start;
+            moved(&mut component.data_ports, here, tape)
+        }
+        any => change(any.form_mut(), tape),
+    }
+}
+
+fn assert_edited(read: &Read, document: &Document, new: &Any, change: &Change) {
+    let patched = read.profile.patch(document, new).unwrap();
+    assert_untouched(document, patched.text(), change);
+    let by_file = parse_tree(patched.text()).unwrap();
+    let by_form = read.around.tree(new.form(), new.words());
+    assert_eq!(loose(by_form), loose(by_file), "{}: {change:?}", read.file);
+    let printed = format(new.form(), &read.around, new.words(), Format::Xml);
+    assert!(
+        same(again(read, &printed).profile.form(), new.form()),
+        "{}",
+        read.file
+    );
+}
+
 /// XML → YAML → XML keeps values, unknown elements and unknown attributes; YAML is written once and for all.
 #[test]
 fn the_other_format_says_the_same() {
@@ -259,12 +358,8 @@ fn an_edit_touches_no_other_line() {
         let document = Document::open(&read.file, &read.bytes).unwrap();
         for round in 0..12_u8 {
             let seed = u32::try_from(number).unwrap() * 31 + u32::from(round);
-            let bytes: Vec<u8> = (1..80_u32)
-                .map(|i| (seed.wrapping_mul(2_654_435_761).wrapping_add(i * 40_503) >> 9) as u8)
-                .map(|b| b.wrapping_mul(167).wrapping_add(13) ^ (b >> 3))
-                .collect();
             let mut new = read.profile.clone();
-            edit(new.form_mut(), &mut Tape::new(&bytes));
+            edit(new.form_mut(), &mut Tape::new(&tape(seed)));
             if same(new.form(), read.profile.form()) {
                 continue;
             }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // A failure here is a failed test.
 
 use proptest::prelude::*;
+use rts_schemas::canonical::canonical;
 use rts_schemas::diagnostic::{Report, render};
 use rts_schemas::form::{Around, Form, Format, Vocabulary, format, same};
 use rts_schemas::rts_profile::{LowerOptions, load, lower, read};
@@ -58,6 +59,12 @@ fn attack(bytes: &[u8]) {
         );
     }
     checked(bytes);
+    if let Ok(made) = canonical("f", bytes) {
+        assert_eq!(
+            canonical("f", made.text.as_bytes()).unwrap().text,
+            made.text
+        );
+    }
     if let Ok(document) = Document::open("f", bytes) {
         assert_eq!(document.bytes().unwrap(), bytes);
     }

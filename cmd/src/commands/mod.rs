@@ -18,6 +18,7 @@ pub mod down;
 pub mod events;
 pub mod explain;
 pub mod export;
+pub mod fmt;
 pub mod get;
 pub mod logs;
 pub mod manager;

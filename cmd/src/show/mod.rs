@@ -3,6 +3,7 @@
 pub mod age;
 pub mod conf;
 pub mod describe;
+pub mod fields;
 pub mod findings;
 pub mod lists;
 pub mod plan;

@@ -63,7 +63,7 @@ impl Extra {
         for order in [&mut beside.attribute_order, &mut beside.node_order] {
             let mut last = 0;
             let usual = order.iter().all(|place| match *place {
-                Place::Field(at) => std::mem::replace(&mut last, at) <= at,
+                Place::Field(at, _) => std::mem::replace(&mut last, at) <= at,
                 Place::Spelled(..) | Place::Other => false,
             });
             if usual {
@@ -119,19 +119,44 @@ pub enum Stray {
 /// One thing in an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
-    /// The next value of the field with this index.
-    Field(u16),
+    /// The next value of the field with this index, and where it started in the file.
+    Field(u16, u32),
     /// The same, under a name that is not the usual one: another prefix, or none.
-    Spelled(u16, Box<str>),
+    Spelled(u16, u32, Box<str>),
     /// The next one without a field.
     Other,
 }
 
+/// Where a value started that was not read, or too far behind.
+const NOWHERE: u32 = u32::MAX;
+
 impl Place {
+    /// A value of a field, which is new.
+    pub fn fresh(field: usize) -> Self {
+        Self::Field(u16::try_from(field).unwrap_or(u16::MAX), NOWHERE)
+    }
+
+    /// Where it started in the file.
+    pub fn start(&self) -> Option<usize> {
+        match self {
+            Self::Field(_, start) | Self::Spelled(_, start, _) if *start != NOWHERE => {
+                usize::try_from(*start).ok()
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn forget_start(&mut self) {
+        match self {
+            Self::Field(_, start) | Self::Spelled(_, start, _) => *start = NOWHERE,
+            Self::Other => {}
+        }
+    }
+
     /// Index of the field.
     pub fn field(&self) -> Option<usize> {
         match self {
-            Self::Field(at) | Self::Spelled(at, _) => Some(usize::from(*at)),
+            Self::Field(at, _) | Self::Spelled(at, ..) => Some(usize::from(*at)),
             Self::Other => None,
         }
     }

@@ -2,9 +2,10 @@
 
 mod children;
 
+use super::order::attribute_order;
 use super::place::declaration;
 use super::same::same_beside;
-use super::write_xml::{Name, whole_order};
+use super::write_xml::Name;
 use super::{FieldType, Form, Place, Scope, Stray, Value, Vocabulary, element_of, read_element};
 use crate::xml::document::{Document, Edit, EditError, Part};
 use crate::xml::{self, escape_attribute, print_element};
@@ -88,7 +89,7 @@ impl Patch<'_> {
 
     fn attributes(&mut self, part: &Part, old: &dyn Form, new: &dyn Form) -> Result<(), EditError> {
         let beside = old.extra().get();
-        let order = whole_order(old, &beside.attribute_order, beside.attributes.len(), true);
+        let order = attribute_order(old, &beside.attribute_order, beside.attributes.len());
         if order.len() != part.attributes.len() {
             return Err(self.stranger(part));
         }
@@ -147,8 +148,7 @@ impl Patch<'_> {
     }
 
     fn name(&self, field: &FieldType, at: usize, attribute: bool) -> Name {
-        let place = Place::Field(u16::try_from(at).unwrap_or(u16::MAX));
-        Name::of(field, &place, attribute, &self.scope, self.words)
+        Name::of(field, &Place::fresh(at), attribute, &self.scope, self.words)
     }
 
     fn stranger(&self, part: &Part) -> EditError {
@@ -161,6 +161,6 @@ impl Patch<'_> {
 fn is_element(place: &Place, strays: &mut std::slice::Iter<'_, Stray>) -> bool {
     match place {
         Place::Other => matches!(strays.next(), Some(Stray::Element(_))),
-        Place::Field(_) | Place::Spelled(..) => true,
+        Place::Field(..) | Place::Spelled(..) => true,
     }
 }

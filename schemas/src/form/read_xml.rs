@@ -1,18 +1,25 @@
 //! Element tree → form.
 
 use super::{FieldKind, FieldType, Form, Place, Slot, Stray, Vocabulary};
+use crate::span::Span;
 use crate::span::Text;
-use crate::xml::{Attribute, Element, Node};
+use crate::xml::{Attribute, Element, Node, is_blank};
 
 /// Fills a form from an element; what has no field is kept beside.
 pub fn read_element(from: Element, form: &mut dyn Form, words: &Vocabulary) {
+    read(from, form, words, false);
+}
+
+/// `preserved`: blanks are no layout here (`xml:space`).
+fn read(from: Element, form: &mut dyn Form, words: &Vocabulary, preserved: bool) {
+    let preserved = from.preserves_blanks().unwrap_or(preserved);
     form.stand(from.span);
     for attribute in from.attributes {
         read_attribute(attribute, form, words);
     }
     reserve(&from.children, form);
     for node in from.children {
-        read_child(node, form, words);
+        read_child(node, form, words, preserved);
     }
     form.extra_mut().tidy();
 }
@@ -41,7 +48,15 @@ fn read_attribute(attribute: Attribute, form: &mut dyn Form, words: &Vocabulary)
         && let Some(Slot::Text(slot @ None)) = form.slot(at)
     {
         *slot = Some(Text::new(attribute.value, attribute.span));
-        let place = place(at, &fields[at], &attribute.qname, words);
+        let own = *attribute.namespace == *fields[at].namespace;
+        let place = place(
+            at,
+            &fields[at],
+            &attribute.qname,
+            own,
+            Span::default(),
+            words,
+        );
         form.extra_mut().edit().attribute_order.push(place);
     } else {
         let beside = form.extra_mut().edit();
@@ -64,25 +79,34 @@ fn attribute_field(
         .or_else(|| fields.iter().position(|f| related && named(f)))
 }
 
-fn place(at: usize, field: &FieldType, qname: &str, words: &Vocabulary) -> Place {
+fn place(
+    at: usize,
+    field: &FieldType,
+    qname: &str,
+    own: bool,
+    span: Span,
+    words: &Vocabulary,
+) -> Place {
     let index = u16::try_from(at).unwrap_or(u16::MAX);
-    let usual = qname.split_once(':').is_some_and(|(prefix, local)| {
-        local == field.local && words.prefix(field.namespace) == prefix
-    });
+    let start = u32::try_from(span.start).unwrap_or(u32::MAX);
+    let usual = own
+        && qname.split_once(':').is_some_and(|(prefix, local)| {
+            local == field.local && words.prefix(field.namespace) == prefix
+        });
     if usual {
-        Place::Field(index)
+        Place::Field(index, start)
     } else {
-        Place::Spelled(index, qname.into())
+        Place::Spelled(index, start, qname.into())
     }
 }
 
-fn read_child(node: Node, form: &mut dyn Form, words: &Vocabulary) {
+fn read_child(node: Node, form: &mut dyn Form, words: &Vocabulary, preserved: bool) {
     let stray = match node {
         Node::Comment(text) => Stray::Comment(text),
         Node::Instruction(text) => Stray::Instruction(text),
-        Node::Text(text) if text.trim().is_empty() => return,
+        Node::Text(text) if is_blank(&text) && !preserved => return,
         Node::Text(text) => Stray::Text(text),
-        Node::Element(element) => match fill(element, form, words) {
+        Node::Element(element) => match fill(element, form, words, preserved) {
             Some(stray) => Stray::Element(stray),
             None => return,
         },
@@ -93,7 +117,12 @@ fn read_child(node: Node, form: &mut dyn Form, words: &Vocabulary) {
 }
 
 /// Gives the element back when it has no field, or no more room in it.
-fn fill(element: Box<Element>, form: &mut dyn Form, words: &Vocabulary) -> Option<Box<Element>> {
+fn fill(
+    element: Box<Element>,
+    form: &mut dyn Form,
+    words: &Vocabulary,
+    preserved: bool,
+) -> Option<Box<Element>> {
     let fields = form.form_type().fields;
     let found = fields.iter().position(|f| {
         !f.kind.is_attribute() && f.local == element.local && *f.namespace == *element.namespace
@@ -101,12 +130,12 @@ fn fill(element: Box<Element>, form: &mut dyn Form, words: &Vocabulary) -> Optio
     let Some(at) = found else {
         return Some(element);
     };
-    let place = place(at, &fields[at], &element.qname, words);
+    let place = place(at, &fields[at], &element.qname, true, element.span, words);
     match form.slot(at) {
         Some(Slot::Text(slot @ None)) if is_text(&element) => *slot = Some(text_of(*element)),
         Some(Slot::Texts(slot)) if is_text(&element) => slot.push(text_of(*element)),
         Some(Slot::Forms(slot)) => match slot.add(usize::MAX) {
-            Some(child) => read_element(*element, child, words),
+            Some(child) => read(*element, child, words, preserved),
             None => return Some(element),
         },
         _ => return Some(element),

@@ -68,9 +68,11 @@ impl Reader<'_> {
         }
         // `condition: {waitTime: …}` holds fields of this form.
         let below = |f: &FieldType| f.keys.split_once('/').is_some_and(|(k, _)| k == key.value);
-        if fields.iter().any(below)
-            && let Value::Mapping(entries) = value.value
-        {
+        let is_below = fields.iter().any(below);
+        if is_below && matches!(value.value, Value::Null) {
+            return;
+        }
+        if is_below && let Value::Mapping(entries) = value.value {
             for (inner, value) in entries {
                 let path = format!("{}/{}", key.value, inner.value);
                 match find(fields, &path) {
@@ -274,6 +276,11 @@ fn is_nothing(node: &Node) -> bool {
 fn date(node: &Node) -> Option<Text> {
     if let Some(text) = node.text() {
         return Some(text);
+    }
+    // No text has a place for it.
+    let fraction = node.get("fractionalSecond").and_then(Node::text);
+    if fraction.is_some_and(|text| text.value.parse() != Ok(0.0)) {
+        return None;
     }
     let known = |(key, value): &(Text, Node)| {
         date::PARTS.contains(&key.value.as_str())

@@ -3,7 +3,7 @@
 use super::place::declared_prefix;
 use super::{Beside, Form, Slot, Stray, Value};
 use crate::span::Span;
-use crate::xml::{Element, Node};
+use crate::xml::{Element, Node, is_blank};
 use crate::yaml;
 
 /// True when both forms have the same values, unknown elements and unknown attributes. Places, comments, prefixes and
@@ -35,17 +35,24 @@ pub(super) fn same_value(a: Value<'_>, b: Value<'_>) -> bool {
 pub(super) fn same_beside(a: &Beside, b: &Beside) -> bool {
     let elements = |beside: &Beside| -> Vec<Said> {
         let strays = beside.strays.iter();
-        strays
-            .filter_map(|stray| match stray {
-                Stray::Element(element) => Some(said(element)),
-                Stray::Text(text) => Some(Said::Text(text.trim().to_owned())),
-                Stray::Comment(_) | Stray::Instruction(_) => None,
-            })
-            .collect()
+        let element = |stray: &Stray| match stray {
+            Stray::Element(element) => Some(said(element)),
+            _ => None,
+        };
+        strays.filter_map(element).collect()
+    };
+    let texts = |beside: &Beside| -> Vec<String> {
+        let strays = beside.strays.iter();
+        let text = |stray: &Stray| match stray {
+            Stray::Text(text) if !is_blank(text) => Some(text.trim().to_owned()),
+            _ => None,
+        };
+        strays.filter_map(text).collect()
     };
     let same_key = |(a, b): (&(_, yaml::Node), &(_, yaml::Node))| same_node(&a.1, &b.1);
     attributes(&a.attributes) == attributes(&b.attributes)
         && elements(a) == elements(b)
+        && texts(a) == texts(b)
         && a.keys.len() == b.keys.len()
         && a.keys
             .iter()
@@ -92,7 +99,7 @@ fn attributes(all: &[crate::xml::Attribute]) -> Vec<Said3> {
 fn said(element: &Element) -> Said {
     let children = element.children.iter().filter_map(|node| match node {
         Node::Element(child) => Some(said(child)),
-        Node::Text(text) if text.trim().is_empty() && element.children.len() > 1 => None,
+        Node::Text(text) if is_blank(text) && element.children.len() > 1 => None,
         Node::Text(text) => Some(Said::Text(text.clone())),
         Node::Comment(_) | Node::Instruction(_) => None,
     });
@@ -107,6 +114,11 @@ fn said(element: &Element) -> Said {
 /// Forgets where everything stood, so that two forms can be compared by `==`.
 pub fn strip_places(form: &mut dyn Form) {
     form.stand(Span::default());
+    if !form.extra().get().node_order.is_empty() {
+        for place in &mut form.extra_mut().edit().node_order {
+            place.forget_start();
+        }
+    }
     for at in 0..form.form_type().fields.len() {
         match form.slot(at) {
             Some(Slot::Text(Some(text))) => text.span = Span::default(),

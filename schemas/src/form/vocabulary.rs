@@ -134,8 +134,25 @@ pub fn open(file_name: &str, bytes: &[u8], words: &Vocabulary) -> Result<Opened,
         Tree::Xml(tree)
     } else {
         let root = yaml::parse(&source).map_err(|finding| alone(*finding))?;
+        let others = root.entries().iter().map(|(key, _)| key);
+        let others: Vec<_> = others
+            .filter(|key| key.value != words.key)
+            .cloned()
+            .collect();
         match root.take(words.key) {
-            Ok((key, body)) => Tree::Yaml(body, key.span),
+            Ok((key, body)) => {
+                for other in others.iter().filter(|other| !other.value.starts_with("x-")) {
+                    let place = (!other.span.is_unknown())
+                        .then(|| source.place(other.span.start, other.span.end));
+                    let message = format!(
+                        "`{}` stands beside `{}:` and was not read",
+                        other.value, words.key
+                    );
+                    let finding = Finding::warning("unknown-element", message).at(place);
+                    findings.push(finding.help("remove it, or move it into the profile"));
+                }
+                Tree::Yaml(body, key.span)
+            }
             Err(root) => {
                 findings.push(words.wrong_key(&root, &source));
                 return Err(findings);

@@ -1,5 +1,6 @@
 //! Form → element tree: in the order in which it was read, and what is new where the schema has it.
 
+use super::order::{attribute_order, node_order};
 use super::place::{declaration, prefix_of};
 use super::{FieldType, Form, Place, Scope, Stray, Value, Vocabulary};
 use crate::span::{Span, Text};
@@ -33,7 +34,7 @@ fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: 
     let beside = form.extra().get();
     let fields = form.form_type().fields;
     let mut others = beside.attributes.iter();
-    for place in whole_order(form, &beside.attribute_order, beside.attributes.len(), true) {
+    for place in attribute_order(form, &beside.attribute_order, beside.attributes.len()) {
         let Some(at) = place.field() else {
             if let Some(other) = others.next() {
                 need(prefix_of(&other.qname), &other.namespace, element, scope);
@@ -73,7 +74,7 @@ fn children(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &V
     let fields = form.form_type().fields;
     let mut strays = beside.strays.iter();
     let mut next = vec![0; fields.len()];
-    for place in whole_order(form, &beside.node_order, beside.strays.len(), false) {
+    for place in node_order(form, &beside.node_order, beside.strays.len()) {
         let Some(at) = place.field() else {
             element
                 .children
@@ -148,7 +149,7 @@ impl Name {
         scope: &Scope,
         words: &Vocabulary,
     ) -> Self {
-        if let Place::Spelled(_, qname) = place
+        if let Place::Spelled(.., qname) = place
             && let Some(namespace) = spelled(qname, field, attribute, scope, words)
         {
             return Self {
@@ -192,43 +193,4 @@ fn spelled(
     let means = namespace == field.namespace
         || (attribute && (namespace.is_empty() || words.knows(namespace)));
     means.then(|| namespace.to_owned())
-}
-
-/// The order as read, without what is gone, and with what is new: after the last of the same or an earlier field.
-pub(super) fn whole_order(
-    form: &dyn Form,
-    read: &[Place],
-    others: usize,
-    attributes: bool,
-) -> Vec<Place> {
-    let fields = form.form_type().fields;
-    let mut left: Vec<usize> = (0..fields.len())
-        .map(|at| match fields[at].kind.is_attribute() == attributes {
-            true => form.value(at).count(),
-            false => 0,
-        })
-        .collect();
-    let mut order = Vec::with_capacity(left.iter().sum::<usize>() + others);
-    let mut others = others;
-    for place in read {
-        match place.field() {
-            None if others > 0 => {
-                others -= 1;
-                order.push(Place::Other);
-            }
-            Some(at) if left.get(at).is_some_and(|left| *left > 0) => {
-                left[at] -= 1;
-                order.push(place.clone());
-            }
-            _ => {}
-        }
-    }
-    for (at, count) in left.into_iter().enumerate().filter(|(_, count)| *count > 0) {
-        let place = Place::Field(u16::try_from(at).unwrap_or(u16::MAX));
-        let earlier = |p: &Place| p.field().is_some_and(|other| other <= at);
-        let from = order.iter().rposition(earlier).map_or(0, |last| last + 1);
-        order.splice(from..from, std::iter::repeat_n(place, count));
-    }
-    order.extend(std::iter::repeat_n(Place::Other, others));
-    order
 }

@@ -17,6 +17,12 @@ pub fn yaml_of(form: &dyn Form, words: &Vocabulary) -> Out {
         // The reference library wants the outer mapping even where there is nothing in it.
         if let Some((outer, _)) = path
             && !entries.iter().any(|(key, _)| key == outer)
+            && !form
+                .extra()
+                .get()
+                .keys
+                .iter()
+                .any(|(key, _)| key.value == outer)
         {
             entries.push((outer.to_owned(), Out::Map(Vec::new())));
         }

@@ -73,47 +73,78 @@ impl Shape {
 profile_form! {
     /// A system: its components, how their ports are connected, and in which order they change state.
     pub struct Profile {
-        /// `rtsExt:rts_profile_ext`, when the root has elements or attributes of `rtsExt`.
+        /// Type of the element in the schema: `rtsExt:rts_profile_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// `RTSystem:vendor:name:version`.
+        /// Identity of the system: `RTSystem:vendor:name:version`. The third field names the system in `rtsctl`, unless
+        /// `--name` is given; a system of another vendor or name does not replace this one.
+        ///
+        /// - Required: by the schema
         id: attribute = RTS "id" "id";
-        /// Version of the schema: `0.2`.
+        /// Version of the schema. Files of version 0.1 are told by their elements, since many say a wrong one.
+        ///
+        /// - Values: `0.2`
+        /// - Required: by the schema
         version: attribute = RTS "version" "version";
-        /// What the system is for.
+        /// What the system is for, in a few words. Editors show it; it has no effect.
         abstract_text: attribute = RTS "abstract" "abstract";
-        /// When the profile was made: `2013-08-01T15:23:27`.
+        /// When the profile was made: `2013-08-01T15:23:27`, with a time zone or without. Choreonoid leaves it away. In
+        /// YAML it is a mapping of `year`, `month`, `day`, `hour`, `minute` and `second`.
+        ///
+        /// - Required: by the schema
         creation_date: date = RTS "creationDate" "creationDate";
-        /// When the profile was changed last.
+        /// When the profile was changed last, written as `creationDate`. It has no effect.
+        ///
+        /// - Required: by the schema
         update_date: date = RTS "updateDate" "updateDate";
-        /// Free text.
+        /// Free text for people. It is kept and shown, and has no effect.
         comment: attribute = RTS_EXT "comment" "rtsExt::comment";
-        /// The components of the system.
+        /// The components of the system, each an instance of some type. `rtsctl apply` creates those that are missing.
         components: many<Component> = RTS "Components" "components";
-        /// Groups of components, which editors show as one.
+        /// Groups of components, which editors show as one. They do not change how the components run.
+        ///
+        /// - Versions: since 0.2
         groups: many<Group> = RTS "Groups" "groups";
-        /// Connections between data ports.
+        /// Connections between data ports: one for each pair of an out-port and an in-port.
         data_port_connectors: many<DataPortConnector> = RTS "DataPortConnectors" "dataPortConnectors";
-        /// Connections between service ports.
+        /// Connections between service ports: one for each pair of a required and a provided interface.
         service_port_connectors: many<ServicePortConnector> = RTS "ServicePortConnectors" "servicePortConnectors";
-        /// Order in which execution contexts are started.
+        /// In which order execution contexts are started. What has no place in the order starts at once.
+        ///
+        /// - Versions: since 0.2; before, in each component
         start_up: some<Order> = RTS "StartUp" "startUp";
-        /// Order in which execution contexts are stopped.
+        /// In which order execution contexts are stopped when the system is taken down.
+        ///
+        /// - Versions: since 0.2
         shut_down: some<Order> = RTS "ShutDown" "shutDown";
-        /// Order in which components are activated.
+        /// In which order components are activated: from Inactive to Active. `rtsctl plan` shows the order that
+        /// results.
+        ///
+        /// - Versions: since 0.2
         activation: some<Order> = RTS "Activation" "activation";
-        /// Order in which components are deactivated.
+        /// In which order components are deactivated: from Active to Inactive, before the system is taken down.
+        ///
+        /// - Versions: since 0.2
         deactivation: some<Order> = RTS "Deactivation" "deactivation";
-        /// Order in which components are reset.
+        /// In which order components leave the state Error when they are reset.
+        ///
+        /// - Versions: since 0.2
         resetting: some<Order> = RTS "Resetting" "resetting";
-        /// Order in which components are initialized.
+        /// In which order components are initialized after they were created.
+        ///
+        /// - Versions: since 0.2
         initializing: some<Order> = RTS "Initializing" "initializing";
-        /// Order in which components are finalized.
+        /// In which order components are finalized before they are removed.
+        ///
+        /// - Versions: since 0.2
         finalizing: some<Order> = RTS "Finalizing" "finalizing";
-        /// What was changed, version by version.
+        /// What was changed, version by version: one text for each. Editors add to it.
         version_up_logs: texts = RTS_EXT "VersionUpLogs" "rtsExt::versionUpLogs|rtsExt::versionUpLog";
-        /// Names and values that no element has a place for.
+        /// Names and values that no element has a place for. `rtsctl.name` is the name of the system.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
-        /// Profiles of systems that are parts of this one.
+        /// Profiles of systems that are parts of this one. They are kept, and not read.
+        ///
+        /// - Versions: since 0.2
         systems: many<System> = RTS_EXT "Systems" "rtsExt::systems";
     }
 }
@@ -121,37 +152,60 @@ profile_form! {
 profile_form! {
     /// A component of the system.
     pub struct Component {
-        /// `rtsExt:component_ext`, when it has elements or attributes of `rtsExt`.
+        /// Type of the element in the schema: `rtsExt:component_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// `RTC:vendor:category:type:version`.
+        /// What the component is: `RTC:vendor:category:type:version`. The fourth field is the type, by which its module
+        /// is found.
+        ///
+        /// - Required: by the schema
         id: attribute = RTS "id" "id";
-        /// Its name, which is its alone in the system.
+        /// Name of the instance, without a `/`. No other component of the system has it. Connectors
+        /// and orders refer to it.
+        ///
+        /// - Required: by the schema
         instance_name: attribute = RTS "instanceName" "instanceName";
-        /// Address of the name server, and the path of the component in it: `localhost/Motor0.rtc`.
+        /// Address of the name server, and the path of the component in it: `localhost:2809/Motor0.rtc`. Unless it is
+        /// this machine, the host is also a hint for the node.
+        ///
+        /// - Required: by the schema
         path_uri: attribute = RTS "pathUri" "pathUri";
-        /// Name of the configuration set that is in use.
+        /// Name of the configuration set that is in use. It is one of `configurationSets`.
         active_configuration_set: attribute = RTS "activeConfigurationSet" "activeConfigurationSet";
-        /// `None`, or how a composite component shares: `PeriodicECShared`, `PeriodicStateShared`, `Grouping`, `FsmECShared`, `FsmStateShared`.
+        /// How a composite component treats its members: whether they share its execution context, its state, or
+        /// nothing.
+        ///
+        /// - Values: `None`, `PeriodicECShared`, `PeriodicStateShared`, `Grouping`, `FsmECShared`, `FsmStateShared`
+        /// - Default: `None`
         composite_type: attribute = RTS "compositeType" "compositeType";
-        /// `false` if the system works without it.
+        /// Whether the system is of no use without it: a required component that is missing makes `apply` fail, another
+        /// one is skipped.
+        ///
+        /// - Values: `true`, `false`
+        /// - Required: by the schema
         is_required: boolean = RTS "isRequired" "isRequired";
-        /// Free text.
+        /// Free text for people. It is kept and shown, and has no effect.
         comment: attribute = RTS_EXT "comment" "rtsExt::comment";
-        /// `false` if editors hide it.
+        /// Whether editors show it. It has no effect on the system.
+        ///
+        /// - Values: `true`, `false`
+        /// - Default: `true`
         visible: boolean = RTS_EXT "visible" "rtsExt::visible";
-        /// Data ports.
+        /// Its data ports. Only ports that are declared can be checked; a module may have more.
         data_ports: many<DataPort> = RTS "DataPorts" "dataPorts";
-        /// Service ports.
+        /// Its service ports, each with interfaces that it provides or requires.
         service_ports: many<ServicePort> = RTS "ServicePorts" "servicePorts";
-        /// Sets of configuration values; names like `__widget__` say how editors show them.
+        /// Sets of configuration values. Sets with names as `__widget__` and `__constraints__` hold no values: they say
+        /// how editors show the others.
         configuration_sets: many<ConfigurationSet> = RTS "ConfigurationSets" "configurationSets";
-        /// Execution contexts.
+        /// Execution contexts that run the component; the first one is its own.
         execution_contexts: many<ExecutionContext> = RTS "ExecutionContexts" "executionContexts";
-        /// Members of a composite component.
+        /// Members of a composite component, by reference. The members are components of the system too.
         participants: many<Participants> = RTS "Participants" "participants";
-        /// Where editors draw it.
+        /// Where editors draw it in their diagram. It has no effect on the system.
         location: one<Location> = RTS_EXT "Location" "rtsExt::location";
-        /// Properties of the component.
+        /// Names and values besides: `rtsctl.node`, `rtsctl.manager` and `rtsctl.isolated` place the component; `IOR`
+        /// is a hint for its host; `conf.*` and others are kept.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -159,19 +213,31 @@ profile_form! {
 profile_form! {
     /// A data port of a component.
     pub struct DataPort {
-        /// `rtsExt:dataport_ext`, when it has elements or attributes of `rtsExt`.
+        /// Type of the element in the schema: `rtsExt:dataport_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Its name, bare or with the instance name and a dot before it.
+        /// Name of the port, alone (`out`) or after the instance name and a dot (`Motor0.out`): both mean the same.
+        ///
+        /// - Required: by the schema
         name: attribute = RTS "name" "name";
-        /// `DataInPort` or `DataOutPort` (version 0.1; later the property `port.port_type`).
+        /// Direction of the port. Since version 0.2 it is said by the property `port.port_type`.
+        ///
+        /// - Values: `DataInPort`, `DataOutPort`
+        /// - Versions: only 0.1
         port_type: attribute = RTS "port_type" "portType";
-        /// Free text.
+        /// Free text for people. It is kept and shown, and has no effect.
         comment: attribute = RTS_EXT "comment" "rtsExt::comment";
-        /// `false` if editors hide it.
+        /// Whether editors show it. It has no effect on the system.
+        ///
+        /// - Values: `true`, `false`
+        /// - Default: `true`
         visible: boolean = RTS_EXT "visible" "rtsExt::visible";
-        /// Connections that start here (version 0.1).
+        /// Connections that start at this port. Since version 0.2 they stand at the top of the profile.
+        ///
+        /// - Versions: only 0.1
         connectors: many<DataPortConnector> = RTS "DataPortConnectors" "dataPortConnectors";
-        /// `port.port_type`, `dataport.data_type` and others.
+        /// What the port says of itself: `port.port_type` (`DataInPort`, `DataOutPort`), `dataport.data_type`
+        /// (`IDL:RTC/TimedLong:1.0`), and which interface, data flow and subscription types it offers.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -179,17 +245,25 @@ profile_form! {
 profile_form! {
     /// A service port of a component.
     pub struct ServicePort {
-        /// `rtsExt:serviceport_ext`, when it has elements or attributes of `rtsExt`.
+        /// Type of the element in the schema: `rtsExt:serviceport_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Its name, bare or with the instance name and a dot before it.
+        /// Name of the port, alone or after the instance name and a dot: both mean the same.
+        ///
+        /// - Required: by the schema
         name: attribute = RTS "name" "name";
-        /// Free text.
+        /// Free text for people. It is kept and shown, and has no effect.
         comment: attribute = RTS_EXT "comment" "rtsExt::comment";
-        /// `false` if editors hide it.
+        /// Whether editors show it. It has no effect on the system.
+        ///
+        /// - Values: `true`, `false`
+        /// - Default: `true`
         visible: boolean = RTS_EXT "visible" "rtsExt::visible";
-        /// Connections that start here (version 0.1).
+        /// Connections that start at this port. Since version 0.2 they stand at the top of the profile.
+        ///
+        /// - Versions: only 0.1
         connectors: many<ServicePortConnector> = RTS "ServicePortConnectors" "servicePortConnectors";
-        /// Properties of the port.
+        /// Properties of the port as its component told them to the editor. They are kept.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -197,9 +271,12 @@ profile_form! {
 profile_form! {
     /// A named set of configuration values.
     pub struct ConfigurationSet {
-        /// Name of the set.
+        /// Name of the set: usually `default`. Names between `__` hold no values, but say how editors show those of
+        /// other sets.
+        ///
+        /// - Required: by the schema
         id: attribute = RTS "id" "id";
-        /// Its values.
+        /// The values of the set. A parameter that is missing keeps the default of the component.
         data: many<ConfigurationData> = RTS "ConfigurationData" "configurationData";
     }
 }
@@ -207,9 +284,11 @@ profile_form! {
 profile_form! {
     /// One configuration value.
     pub struct ConfigurationData {
-        /// Name of the parameter.
+        /// Name of the parameter, as the component declares it.
+        ///
+        /// - Required: by the schema
         name: attribute = RTS "name" "name";
-        /// Its value.
+        /// Its value as text: `1.0`, `true`, or `1,2,3` for a list. `rtsctl conf` changes it while the component runs.
         data: attribute = RTS "data" "data";
     }
 }
@@ -217,17 +296,26 @@ profile_form! {
 profile_form! {
     /// An execution context of a component.
     pub struct ExecutionContext {
-        /// `rtsExt:execution_context_ext`, when it has properties.
+        /// Type of the element in the schema: `rtsExt:execution_context_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Id of the context; orders name it.
+        /// Id of the context within its component: usually `0`. Orders name it.
+        ///
+        /// - Required: by the schema
         id: attribute = RTS "id" "id";
-        /// `PERIODIC`, `EVENT_DRIVEN` or `OTHER`.
+        /// What drives the context: time, events, or something else. Many files write `PeriodicExecutionContext`, which
+        /// is understood.
+        ///
+        /// - Values: `PERIODIC`, `EVENT_DRIVEN`, `OTHER`
+        /// - Required: by the schema
         kind: attribute = RTS "kind" "kind";
-        /// Cycles in a second.
+        /// How often a periodic context runs its components. `1000` and `1000.0` are the same.
+        ///
+        /// - Unit: cycles in a second (Hz)
         rate: number = RTS "rate" "rate";
-        /// Components that run in it.
+        /// Other components that run in this context, besides the one that owns it.
         participants: many<Participants> = RTS "Participants" "participants";
-        /// Properties of the context.
+        /// Properties of the context, as `sync_transition` and `transition_timeout`. They are kept.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -235,15 +323,16 @@ profile_form! {
 profile_form! {
     /// Members of a composite component, or of an execution context.
     pub struct Participants {
-        /// `rtsExt:target_component_ext`, when it has properties.
+        /// Type of the element in the schema: `rtsExt:target_component_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Id of the member, in an execution context.
+        /// Id of the member: `RTC:vendor:category:type:version`. Only in an execution context.
         component_id: attribute = RTS "componentId" "componentId";
-        /// Instance name of the member, in an execution context.
+        /// Instance name of the member. Only in an execution context.
         instance_name: attribute = RTS "instanceName" "instanceName";
-        /// The member of a composite component.
+        /// The member of a composite component. Only in a component.
         participant: some<TargetComponent> = RTS "Participant" "participant";
-        /// Properties of the member.
+        /// Properties of the member. They are kept, and have no effect.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -251,13 +340,18 @@ profile_form! {
 profile_form! {
     /// A component that something refers to.
     pub struct TargetComponent {
-        /// `rtsExt:target_component_ext`, when it has properties.
+        /// Type of the element in the schema: `rtsExt:target_component_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Id of the component.
+        /// Id of the component that is meant: `RTC:vendor:category:type:version`.
+        ///
+        /// - Required: by the schema
         component_id: attribute = RTS "componentId" "componentId";
-        /// Instance name of the component.
+        /// Instance name of the component that is meant.
+        ///
+        /// - Required: by the schema
         instance_name: attribute = RTS "instanceName" "instanceName";
-        /// Properties of the reference.
+        /// Properties of the reference, as `COMPONENT_PATH_ID`. They are kept.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -265,9 +359,13 @@ profile_form! {
 profile_form! {
     /// Components that editors show as one.
     pub struct Group {
-        /// Name of the group.
+        /// Name of the group, which editors show.
+        ///
+        /// - Required: by the schema
         group_id: attribute = RTS "groupId" "groupId";
-        /// Its members.
+        /// The components that belong to the group, by reference.
+        ///
+        /// - Required: by the schema
         members: many<TargetComponent> = RTS "Members" "members";
     }
 }
@@ -275,25 +373,42 @@ profile_form! {
 profile_form! {
     /// Where editors draw a component.
     pub struct Location {
-        /// From the left, in pixels.
+        /// How far from the left edge of the diagram.
+        ///
+        /// - Unit: pixels
+        /// - Required: by the schema
         x: number = RTS_EXT "x" "x";
-        /// From the top, in pixels.
+        /// How far from the upper edge of the diagram.
+        ///
+        /// - Unit: pixels
+        /// - Required: by the schema
         y: number = RTS_EXT "y" "y";
-        /// In pixels; `-1` leaves it to the editor.
+        /// Height of the box; `-1` leaves it to the editor.
+        ///
+        /// - Unit: pixels
+        /// - Required: by the schema
         height: number = RTS_EXT "height" "height";
-        /// In pixels; `-1` leaves it to the editor.
+        /// Width of the box; `-1` leaves it to the editor.
+        ///
+        /// - Unit: pixels
+        /// - Required: by the schema
         width: number = RTS_EXT "width" "width";
-        /// `RIGHT`, `LEFT`, `UP` or `DOWN`.
+        /// To which side the out-ports point. Small letters are understood too.
+        ///
+        /// - Values: `RIGHT`, `LEFT`, `UP`, `DOWN`
+        /// - Required: by the schema
         direction: attribute = RTS_EXT "direction" "direction";
     }
 }
 
 profile_form! {
-    /// A name and a value.
+    /// A name and a value: what no other element has a place for.
     pub struct Property {
-        /// Name.
+        /// Name of the property. A part before the first dot says whose it is, as in `rtsctl.node`.
+        ///
+        /// - Required: by the schema
         name: attribute = RTS_EXT "name" "name";
-        /// Value.
+        /// Value of the property, as text. It may be left away.
         value: attribute = RTS_EXT "value" "value";
     }
 }
@@ -301,7 +416,9 @@ profile_form! {
 profile_form! {
     /// A profile of a system that is part of this one.
     pub struct System {
-        /// Where the profile lies.
+        /// Where the other profile lies, as a path or URI.
+        ///
+        /// - Required: by the schema
         path: attribute = RTS_EXT "path" "path";
     }
 }

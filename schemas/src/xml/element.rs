@@ -61,6 +61,12 @@ pub enum Node {
 }
 
 impl Element {
+    /// Whether blanks between its children count (`xml:space`); nothing when it does not say.
+    pub fn preserves_blanks(&self) -> Option<bool> {
+        let said = self.attributes.iter().find(|a| a.qname == "xml:space");
+        said.map(|attribute| attribute.value == "preserve")
+    }
+
     /// The child elements.
     pub fn elements(&self) -> impl Iterator<Item = &Element> {
         self.children.iter().filter_map(|node| match node {

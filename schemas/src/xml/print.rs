@@ -1,6 +1,6 @@
 //! Element tree → XML text: one element a line, everything else as it is.
 
-use super::{Element, Node, Tree};
+use super::{Element, Node, Tree, is_blank};
 
 const INDENT: &str = "    ";
 
@@ -37,9 +37,11 @@ pub fn print_element(element: &Element, indent: &str) -> String {
 
 /// True when every line end of the printed element is layout.
 fn is_layout(element: &Element) -> bool {
+    let kept = element.preserves_blanks() == Some(true);
     element.children.iter().all(|node| match node {
+        Node::Text(text) if kept => !text.contains('\n'),
         Node::Element(element) => is_layout(element),
-        Node::Text(text) => !text.contains('\n') || text.trim().is_empty(),
+        Node::Text(text) => !text.contains('\n') || is_blank(text),
         Node::Comment(text) | Node::Instruction(text) => !text.contains('\n'),
     })
 }
@@ -54,18 +56,17 @@ fn print_at(element: &Element, depth: usize, text: &mut String) {
         escape_attribute(&attribute.value, '"', text);
         text.push('"');
     }
-    let blank = |node: &Node| matches!(node, Node::Text(t) if t.trim().is_empty());
+    let blank = |node: &Node| matches!(node, Node::Text(text) if is_blank(text));
     let only_text = matches!(element.children.as_slice(), [Node::Text(_)]);
-    let nothing = element.children.iter().all(blank) && !only_text;
+    let preserved = element.preserves_blanks() == Some(true);
+    let nothing = element.children.iter().all(blank) && !only_text && !preserved;
     if nothing || element.children.is_empty() {
         text.push_str("/>");
         return;
     }
     text.push('>');
-    let mixed = element
-        .children
-        .iter()
-        .any(|node| matches!(node, Node::Text(_)) && !blank(node));
+    let is_text = |node: &Node| matches!(node, Node::Text(_)) && !blank(node);
+    let mixed = preserved || element.children.iter().any(is_text);
     for node in &element.children {
         if mixed || only_text {
             print_inline(node, text);

@@ -2,11 +2,14 @@
 
 #![allow(dead_code, clippy::disallowed_methods)] // Each test takes what it needs; tests read files.
 
+pub mod changes;
+pub mod noise;
+
 use std::path::PathBuf;
 
 use rts_schemas::form::{Form, Slot};
 use rts_schemas::span::{Span, Text};
-use rts_schemas::xml::{Element, Node, Tree};
+use rts_schemas::xml::{Element, Node, Tree, is_blank};
 
 /// Files of the corpus, or `None` where there is none.
 pub fn files(folder: &str) -> Option<Vec<(String, Vec<u8>)>> {
@@ -29,7 +32,7 @@ pub fn files(folder: &str) -> Option<Vec<(String, Vec<u8>)>> {
 
 /// A tree without what layout is: places, and blanks between elements.
 pub fn bare(mut tree: Tree) -> Tree {
-    strip(&mut tree.root);
+    strip(&mut tree.root, false);
     tree
 }
 
@@ -47,34 +50,35 @@ pub fn sorted(mut tree: Tree) -> Tree {
     bare(tree)
 }
 
-fn strip(element: &mut Element) {
+/// The same, without any blanks between elements, whatever `xml:space` says.
+pub fn loose(mut tree: Tree) -> Tree {
+    fn drop_blanks(element: &mut Element) {
+        let blank = |node: &Node| matches!(node, Node::Text(text) if is_blank(text));
+        element.children.retain(|node| !blank(node));
+        for node in &mut element.children {
+            if let Node::Element(child) = node {
+                drop_blanks(child);
+            }
+        }
+    }
+    drop_blanks(&mut tree.root);
+    sorted(tree)
+}
+
+fn strip(element: &mut Element, preserved: bool) {
+    let preserved = element.preserves_blanks().unwrap_or(preserved);
     element.span = Span::default();
     for attribute in &mut element.attributes {
         attribute.span = Span::default();
     }
-    let only_text = matches!(element.children.as_slice(), [Node::Text(_)]);
-    let layout = |node: &Node| matches!(node, Node::Text(text) if text.trim().is_empty());
-    if !only_text || element.children.iter().all(layout) && !is_leaf_text(element) {
-        element.children.retain(|node| !layout(node));
-    }
+    // Blanks alone are a text in some elements; there the forms are compared.
+    let layout = |node: &Node| matches!(node, Node::Text(text) if is_blank(text));
+    element.children.retain(|node| preserved || !layout(node));
     for node in &mut element.children {
         if let Node::Element(child) = node {
-            strip(child);
+            strip(child, preserved);
         }
     }
-}
-
-/// Blanks alone in an element of text are a text; elsewhere they are layout.
-fn is_leaf_text(element: &Element) -> bool {
-    const TEXTS: [&str; 6] = [
-        "VersionUpLogs",
-        "VersionUpLog",
-        "Literal",
-        "library",
-        "cpus",
-        "osVersions",
-    ];
-    TEXTS.contains(&element.local.as_str())
 }
 
 /// Bytes that choices are made of; when they run out every choice is the first.

@@ -1,7 +1,9 @@
 //! Child elements: which ones stay, which go, and where new ones stand.
 
+use std::collections::HashMap;
+
+use super::super::order::{node_order, staying};
 use super::super::place::declaration;
-use super::super::write_xml::whole_order;
 use super::super::{Form, Held, Place, Value, element_of};
 use super::{Patch, is_element};
 use crate::span::{Span, Text};
@@ -19,6 +21,16 @@ struct Old<'a> {
 /// One child of a field in the new form: the old one that it is, or `None` for a new one.
 type Match = Option<usize>;
 
+/// The children of one field in the new form.
+struct Matches {
+    /// Its index.
+    field: usize,
+    /// Those that stay where they are.
+    stay: Vec<Match>,
+    /// Those that stood elsewhere among the others.
+    moved: Vec<Match>,
+}
+
 impl Patch<'_> {
     pub(super) fn children(
         &mut self,
@@ -27,7 +39,7 @@ impl Patch<'_> {
         new: &dyn Form,
     ) -> Result<(), EditError> {
         let beside = old.extra().get();
-        let order = whole_order(old, &beside.node_order, beside.strays.len(), false);
+        let order = node_order(old, &beside.node_order, beside.strays.len());
         let mut strays = beside.strays.iter();
         let order = order.iter().filter(|place| is_element(place, &mut strays));
         let fields: Vec<Option<usize>> = order.map(Place::field).collect();
@@ -40,15 +52,15 @@ impl Patch<'_> {
         };
         let count = old.form_type().fields.len();
         let elements = (0..count).filter(|at| !old.form_type().fields[*at].kind.is_attribute());
-        let matches: Vec<(usize, Vec<Match>)> = elements
-            .map(|at| (at, matched(&old.value(at), &new.value(at))))
+        let matches: Vec<Matches> = elements
+            .map(|at| Matches::of(at, &old.value(at), &new.value(at)))
             .collect();
-        for (at, matches) in &matches {
-            self.changed(*at, matches, old, new, &mut state)?;
+        for matches in &matches {
+            self.changed(matches, old, new, &mut state)?;
         }
         let mut inside = String::new();
-        for (at, matches) in &matches {
-            self.added(part, *at, matches, new, &state, &mut inside);
+        for matches in &matches {
+            self.added(part, matches, (old, new), &state, &mut inside);
         }
         if !inside.is_empty() {
             self.insert_inside(part, &inside);
@@ -59,15 +71,15 @@ impl Patch<'_> {
     /// Changes those that stay, and removes those that go.
     fn changed(
         &mut self,
-        at: usize,
-        matches: &[Match],
+        matches: &Matches,
         old: &dyn Form,
         new: &dyn Form,
         state: &mut Old<'_>,
     ) -> Result<(), EditError> {
+        let at = matches.field;
         let own: Vec<usize> = state.own(at).collect();
         let mut indices = vec![None; own.len()];
-        for (index, number) in matches.iter().enumerate() {
+        for (index, number) in matches.stay.iter().enumerate() {
             if let Some(slot) = number.and_then(|number| indices.get_mut(number)) {
                 *slot = Some(index);
             }
@@ -111,23 +123,33 @@ impl Patch<'_> {
     fn added(
         &mut self,
         part: &Part,
-        at: usize,
-        matches: &[Match],
-        new: &dyn Form,
+        matches: &Matches,
+        (old, new): (&dyn Form, &dyn Form),
         state: &Old<'_>,
         inside: &mut String,
     ) {
+        let at = matches.field;
+        let stay = &matches.stay;
         let own: Vec<usize> = state.own(at).collect();
         let stays = |m: &Match| m.and_then(|number| own.get(number).copied());
-        for (index, _) in matches.iter().enumerate().filter(|(_, m)| m.is_none()) {
-            let before = matches[..index].iter().rev().find_map(stays);
-            let after = matches[index..].iter().find_map(stays);
+        for (index, _) in stay.iter().enumerate().filter(|(_, m)| m.is_none()) {
+            let before = stay[..index].iter().rev().find_map(stays);
+            let after = stay[index..].iter().find_map(stays);
             let earlier = || {
                 let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
                 kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at))
             };
-            let first = || (0..state.places.len()).find(|p| state.kept[*p]);
-            let text = self.new_element(part, at, index, new, state);
+            let first = || {
+                let mut kept = (0..state.places.len()).filter(|p| state.kept[*p]);
+                kept.find(|p| state.places[*p].0.is_some())
+            };
+            let moved = matches.moved[index]
+                .filter(|number| same_child(&old.value(at), *number, &new.value(at), index))
+                .and_then(|number| own.get(number).copied());
+            let text = match moved {
+                Some(place) => self.document.text()[state.places[place].1.whole.clone()].to_owned(),
+                None => self.new_element(part, at, index, new, state),
+            };
             if let Some(place) = before.or_else(|| if after.is_none() { earlier() } else { None }) {
                 let anchor = state.places[place].1.whole.clone();
                 let text = match self.document.indent(anchor.start) {
@@ -234,33 +256,56 @@ impl Old<'_> {
     }
 }
 
-/// For each new value the old one that it is: forms by the place where they were read, texts by what they say.
-fn matched(old: &Value<'_>, new: &Value<'_>) -> Vec<Match> {
-    match (old, new) {
-        (Value::Text(old), Value::Text(Some(_))) => vec![old.map(|_| 0)],
-        (Value::Texts(old), Value::Texts(new)) => in_order(new.len(), old.len(), |new_at, at| {
-            old[at].value == new[new_at].value
-        }),
-        (Value::Forms(old), Value::Forms(new)) => {
-            let span = |forms: &dyn Held, at: usize| forms.form(at).map(Form::span);
-            in_order(new.count(), old.count(), |new_at, at| {
-                let here = span(*new, new_at).filter(|span| !span.is_unknown());
-                here.is_some() && here == span(*old, at)
-            })
+impl Matches {
+    /// Forms are told by the place where they were read, texts also by what they say.
+    fn of(field: usize, old: &Value<'_>, new: &Value<'_>) -> Self {
+        let known = match (old, new) {
+            (Value::Text(old), Value::Text(Some(_))) => vec![old.map(|_| 0)],
+            (Value::Texts(old), Value::Texts(new)) => {
+                let old = old.iter().map(|text| (text.span, text.value.as_str()));
+                let new = new.iter().map(|text| (text.span, text.value.as_str()));
+                known(old, new, |(span, _)| span.is_unknown())
+            }
+            (Value::Forms(old), Value::Forms(new)) => {
+                known(spans(*old), spans(*new), |span| span.is_unknown())
+            }
+            _ => Vec::new(),
+        };
+        let stay = staying(&known);
+        let moved = known.iter().zip(&stay);
+        let moved = moved.map(|(known, stay)| known.filter(|_| stay.is_none()));
+        Self {
+            field,
+            moved: moved.collect(),
+            stay,
         }
-        _ => Vec::new(),
     }
 }
 
-/// Each is the first old one that is the same, after that of the one before.
-fn in_order(count: usize, old: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Match> {
-    let mut from = 0;
-    let find = |new_at| {
-        let found = (from..old).find(|at| same(new_at, *at));
-        from = found.map_or(from, |at| at + 1);
-        found
-    };
-    (0..count).map(find).collect()
+fn spans(forms: &dyn Held) -> impl Iterator<Item = Span> {
+    (0..forms.count()).map(|index| forms.form(index).map(Form::span).unwrap_or_default())
+}
+
+/// For each new value the old one that has the same key; what stands twice is the old one once.
+fn known<K: Eq + std::hash::Hash>(
+    old: impl Iterator<Item = K>,
+    new: impl Iterator<Item = K>,
+    is_new: impl Fn(&K) -> bool,
+) -> Vec<Match> {
+    let mut numbers: HashMap<K, usize> = old.zip(0..).collect();
+    new.map(|key| numbers.remove(&key).filter(|_| !is_new(&key)))
+        .collect()
+}
+
+/// True when a child says what it said.
+fn same_child(old: &Value<'_>, number: usize, new: &Value<'_>, index: usize) -> bool {
+    match (old, new) {
+        (Value::Forms(old), Value::Forms(new)) => match (old.form(number), new.form(index)) {
+            (Some(old), Some(new)) => super::super::same(old, new),
+            _ => false,
+        },
+        _ => true,
+    }
 }
 
 fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {

@@ -4,47 +4,55 @@ use super::{ActionDoc, RTC, RTC_DOC, XSI};
 use crate::form::profile_form;
 
 profile_form! {
-    /// Which actions are implemented, and what they do.
+    /// Which callbacks of the component are implemented, and what they do.
     pub struct Actions {
-        /// It is made.
+        /// The component was made. Here it declares its ports and parameters.
         on_initialize: one<Action> = RTC "OnInitialize" "onInitialize";
-        /// It is taken away.
+        /// The component is about to be taken away, and lets go of what it holds.
         on_finalize: one<Action> = RTC "OnFinalize" "onFinalize";
-        /// Its execution context starts.
+        /// Its execution context starts to run, before any component in it is active.
         on_startup: one<Action> = RTC "OnStartup" "onStartup";
-        /// Its execution context stops.
+        /// Its execution context stops running.
         on_shutdown: one<Action> = RTC "OnShutdown" "onShutdown";
-        /// It becomes Active.
+        /// The component goes from Inactive to Active: it opens devices and resets its values.
         on_activated: one<Action> = RTC "OnActivated" "onActivated";
-        /// It becomes Inactive.
+        /// The component goes from Active to Inactive: it closes what `onActivated` opened.
         on_deactivated: one<Action> = RTC "OnDeactivated" "onDeactivated";
-        /// It goes from Active to Error.
+        /// The component goes from Active to Error, since one of its callbacks failed.
         on_aborting: one<Action> = RTC "OnAborting" "onAborting";
-        /// Again and again while it is in Error.
+        /// Called in each cycle while the component is in the state Error.
         on_error: one<Action> = RTC "OnError" "onError";
-        /// It leaves Error.
+        /// The component is to leave the state Error; when this succeeds it is Inactive.
         on_reset: one<Action> = RTC "OnReset" "onReset";
-        /// Again and again while it is Active.
+        /// Called in each cycle while the component is Active: its main work.
         on_execute: one<Action> = RTC "OnExecute" "onExecute";
-        /// After each `OnExecute`.
+        /// Called after `onExecute` in each cycle, with the results of the cycle at hand.
         on_state_update: one<Action> = RTC "OnStateUpdate" "onStateUpdate";
-        /// The rate of its execution context changes.
+        /// The rate of its execution context was changed while it ran.
         on_rate_changed: one<Action> = RTC "OnRateChanged" "onRateChanged";
-        /// A state machine acts (since version 0.2).
+        /// A state machine acts on an event.
+        ///
+        /// - Versions: since 0.2
         on_action: one<Action> = RTC "OnAction" "onAction";
-        /// Its mode changes (since version 0.2).
+        /// The mode of a component with several modes was changed.
+        ///
+        /// - Versions: since 0.2
         on_mode_changed: one<Action> = RTC "OnModeChanged" "onModeChanged";
     }
 }
 
 profile_form! {
-    /// An action.
+    /// A callback of the component.
     pub struct Action {
-        /// `rtcDoc:action_status_doc`, when it has documentation.
+        /// Type of the element in the schema: `rtcDoc:action_status_doc`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// `true` if the component does something in it.
+        /// Whether the component does something in this callback. RTC Builder writes code only for those.
+        ///
+        /// - Values: `true`, `false`
+        /// - Required: by the schema
         implemented: boolean = RTC "implemented" "implemented";
-        /// Documentation.
+        /// Documentation for people: what it does, and what holds before and after.
         doc: one<ActionDoc> = RTC_DOC "Doc" "rtcDoc::doc";
     }
 }

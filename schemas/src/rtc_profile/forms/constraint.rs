@@ -4,61 +4,63 @@ use super::RTC;
 use crate::form::profile_form;
 
 profile_form! {
-    /// Which values are allowed: one of three kinds.
+    /// Which values are allowed: exactly one of three kinds.
     pub struct Constraint {
-        /// For one value.
+        /// A constraint of one value: a comparison, or several that are joined.
         unit: one<ConstraintUnit> = RTC "ConstraintUnitType" "constraintUnitType|constraintUnit";
-        /// For the items of a list, one after the other.
+        /// Constraints of the items of a list, the first for the first item, and so on.
         list: one<Constraints> = RTC "ConstraintListType" "constraintListType|constraintList";
-        /// For named items.
+        /// Constraints of named items: each has a `key`.
         hash: one<Constraints> = RTC "ConstraintHashType" "constraintHashType|constraintHash";
     }
 }
 
 profile_form! {
-    /// Several constraints.
+    /// Several constraints, which the element around them joins.
     pub struct Constraints {
-        /// The constraints.
+        /// The constraints; `not` has exactly one, `and` and `or` have at least one.
         constraints: many<Constraint> = RTC "Constraint" "constraint|constraints";
     }
 }
 
 profile_form! {
-    /// A constraint of one value: a comparison, or several that are joined.
+    /// A constraint of one value: exactly one of these comparisons, or several of them joined.
     pub struct ConstraintUnit {
-        /// Name of the item, in a hash.
+        /// Name of the item that it is for. Only in a hash.
         key: attribute = RTC "key" "key";
-        /// What must not hold.
+        /// A constraint that must not hold.
         not: one<Constraints> = RTC "Not" "not";
-        /// All of them hold.
+        /// Constraints of which all must hold: `0 <= x` and `x < 10`.
         and: one<Constraints> = RTC "And" "and";
-        /// At least one of them holds.
+        /// Constraints of which at least one must hold: `x = 1` or `x = 2`.
         or: one<Constraints> = RTC "Or" "or";
-        /// There is no value.
+        /// There must be no value at all.
         is_null: one<PropertyIsNull> = RTC "propertyIsNullType" "propertyIsNullType|propertyIsNull";
-        /// Equal.
+        /// The value must be equal to the literal.
         is_equal_to: one<Comparison> = RTC "propertyIsEqualTo" "propertyIsEqualTo";
-        /// Not equal.
+        /// The value must not be equal to the literal.
         is_not_equal_to: one<Comparison> = RTC "propertyIsNotEqualTo" "propertyIsNotEqualTo";
-        /// Less.
+        /// The value must be less than the literal.
         is_less_than: one<Comparison> = RTC "propertyIsLessThan" "propertyIsLessThan";
-        /// Greater.
+        /// The value must be greater than the literal.
         is_greater_than: one<Comparison> = RTC "propertyIsGreaterThan" "propertyIsGreaterThan";
-        /// Less or equal.
+        /// The value must be less than the literal or equal to it.
         is_less_than_or_equal_to: one<Comparison> = RTC "propertyIsLessThanOrEqualTo" "propertyIsLessThanOrEqualTo";
-        /// Greater or equal.
+        /// The value must be greater than the literal or equal to it.
         is_greater_than_or_equal_to: one<Comparison> = RTC "propertyIsGreaterThanOrEqualTo" "propertyIsGreaterThanOrEqualTo";
-        /// Like a pattern.
+        /// The value must fit a pattern with wild cards.
         is_like: one<PropertyIsLike> = RTC "propertyIsLike" "propertyIsLike";
-        /// Between two values, or equal to one of them.
+        /// The value must lie between two values, or be equal to one of them.
         is_between: one<PropertyIsBetween> = RTC "propertyIsBetween" "propertyIsBetween";
     }
 }
 
 profile_form! {
-    /// There is no value.
+    /// The comparison that there is no value.
     pub struct PropertyIsNull {
-        /// Empty.
+        /// An empty element, which only the schema needs.
+        ///
+        /// - Required: by the schema
         is_null: text = RTC "propertyIsNull" "propertyIsNull";
     }
 }
@@ -66,9 +68,14 @@ profile_form! {
 profile_form! {
     /// A comparison with one value.
     pub struct Comparison {
-        /// `false` if capital and small letters are the same.
+        /// Whether capital and small letters are different.
+        ///
+        /// - Values: `true`, `false`
+        /// - Required: by the schema
         match_case: boolean = RTC "matchCase" "matchCase";
-        /// The value.
+        /// The value to compare with, as text: `1.5`.
+        ///
+        /// - Required: by the schema
         literal: text = RTC "Literal" "literal";
     }
 }
@@ -76,13 +83,21 @@ profile_form! {
 profile_form! {
     /// A comparison with a pattern.
     pub struct PropertyIsLike {
-        /// Stands for any text.
+        /// The letter that stands for any text in the pattern, as `*`.
+        ///
+        /// - Required: by the schema
         wild_card: attribute = RTC "wildCard" "wildCard";
-        /// Stands for any letter.
+        /// The letter that stands for any one letter in the pattern, as `?`.
+        ///
+        /// - Required: by the schema
         single_char: attribute = RTC "singleChar" "singleChar";
-        /// Takes the meaning from the next letter.
+        /// The letter that takes the meaning from the next one, as `\`.
+        ///
+        /// - Required: by the schema
         escape_char: attribute = RTC "escapeChar" "escapeChar";
-        /// The pattern.
+        /// The pattern that the value must fit.
+        ///
+        /// - Required: by the schema
         literal: text = RTC "Literal" "literal";
     }
 }
@@ -90,9 +105,13 @@ profile_form! {
 profile_form! {
     /// A comparison with two values.
     pub struct PropertyIsBetween {
-        /// The least value.
+        /// The least value that is allowed, as text.
+        ///
+        /// - Required: by the schema
         lower_boundary: text = RTC "LowerBoundary" "lowerBoundary";
-        /// The greatest value.
+        /// The greatest value that is allowed, as text.
+        ///
+        /// - Required: by the schema
         upper_boundary: text = RTC "UpperBoundary" "upperBoundary";
     }
 }

@@ -6,29 +6,29 @@ use crate::form::profile_form;
 profile_form! {
     /// Documentation of a component.
     pub struct BasicDoc {
-        /// What it does.
+        /// What the component does, for the people who use it.
         description: attribute = RTC_DOC "description" "description";
-        /// What goes in and out.
+        /// What goes in and what comes out, in words.
         inout: attribute = RTC_DOC "inout" "inout";
-        /// How it works.
+        /// How it works: the algorithm in words.
         algorithm: attribute = RTC_DOC "algorithm" "algorithm";
-        /// Who made it.
+        /// Who made it, with an address to write to.
         creator: attribute = RTC_DOC "creator" "creator";
-        /// License.
+        /// Under which license and conditions it may be used.
         license: attribute = RTC_DOC "license" "license";
-        /// Where to read more.
+        /// Where to read more: papers, manuals, addresses.
         reference: attribute = RTC_DOC "reference" "reference";
     }
 }
 
 profile_form! {
-    /// Documentation of an action.
+    /// Documentation of a callback.
     pub struct ActionDoc {
-        /// What it does.
+        /// What the component does in this callback.
         description: attribute = RTC_DOC "description" "description";
-        /// What must hold before.
+        /// What must hold before the callback is called.
         pre_condition: attribute = RTC_DOC "preCondition" "preCondition";
-        /// What holds after.
+        /// What holds after the callback was called.
         post_condition: attribute = RTC_DOC "postCondition" "postCondition";
     }
 }
@@ -36,17 +36,17 @@ profile_form! {
 profile_form! {
     /// Documentation of a configuration parameter.
     pub struct ConfigurationDoc {
-        /// Name of the value.
+        /// Name of the value, as people call it.
         dataname: attribute = RTC_DOC "dataname" "dataname";
-        /// The default value.
+        /// The value that it has first, in words.
         default_value: attribute = RTC_DOC "defaultValue" "defaultValue";
-        /// What it is for.
+        /// What the parameter is for, and what it changes.
         description: attribute = RTC_DOC "description" "description";
-        /// Unit.
+        /// Unit of the value, as people write it.
         unit: attribute = RTC_DOC "unit" "unit";
-        /// Range of values.
+        /// Range of the values that make sense.
         range: attribute = RTC_DOC "range" "range";
-        /// Which values are allowed.
+        /// Which values are allowed, in words.
         constraint: attribute = RTC_DOC "constraint" "constraint";
     }
 }
@@ -54,19 +54,19 @@ profile_form! {
 profile_form! {
     /// Documentation of a data port.
     pub struct DataPortDoc {
-        /// What it is for.
+        /// What the port is for, and what it carries.
         description: attribute = RTC_DOC "description" "description";
-        /// The data type.
+        /// The data type, in words where its name does not say it.
         data_type: attribute = RTC_DOC "type" "type";
-        /// How many values a sample has.
+        /// How many values one sample has.
         number: attribute = RTC_DOC "number" "number";
-        /// What the values mean.
+        /// What the values mean, one after the other.
         semantics: attribute = RTC_DOC "semantics" "semantics";
-        /// Unit.
+        /// Unit of the values, as people write it.
         unit: attribute = RTC_DOC "unit" "unit";
-        /// How often a sample comes (spelled so in the schema).
+        /// How often a sample comes, which the schema spells so.
         occerrence: attribute = RTC_DOC "occerrence" "occerrence|occurrence";
-        /// How it is used.
+        /// How the port is used: what to write when, and what to do with what was read.
         operation: attribute = RTC_DOC "operation" "operation";
     }
 }
@@ -74,17 +74,17 @@ profile_form! {
 profile_form! {
     /// Documentation of an event.
     pub struct EventDoc {
-        /// What it is for.
+        /// What the event is for, and who sends it.
         description: attribute = RTC_DOC "description" "description";
-        /// The data type.
+        /// The data type that comes with the event.
         data_type: attribute = RTC_DOC "type" "type";
-        /// How many values it has.
+        /// How many values come with one event.
         number: attribute = RTC_DOC "number" "number";
-        /// What the values mean.
+        /// What the values mean, one after the other.
         semantics: attribute = RTC_DOC "semantics" "semantics";
-        /// Unit.
+        /// Unit of the values, as people write it.
         unit: attribute = RTC_DOC "unit" "unit";
-        /// How it is used.
+        /// How the event is used, and what follows from it.
         operation: attribute = RTC_DOC "operation" "operation";
     }
 }
@@ -92,9 +92,9 @@ profile_form! {
 profile_form! {
     /// Documentation of a service port.
     pub struct ServicePortDoc {
-        /// What it is for.
+        /// What the port is for, and who calls whom.
         description: attribute = RTC_DOC "description" "description";
-        /// Its interfaces.
+        /// What its interfaces are, in words.
         ifdescription: attribute = RTC_DOC "ifdescription" "ifdescription";
     }
 }
@@ -102,17 +102,17 @@ profile_form! {
 profile_form! {
     /// Documentation of a service interface.
     pub struct ServiceInterfaceDoc {
-        /// What it is for.
+        /// What the interface is for, in words.
         description: attribute = RTC_DOC "description" "description";
-        /// Arguments of its operations.
+        /// The arguments of its operations, and what they mean.
         argument: attribute = RTC_DOC "docArgument" "docArgument";
-        /// Results of its operations.
+        /// The results of its operations, and what they mean.
         result: attribute = RTC_DOC "docReturn" "docReturn";
-        /// Exceptions of its operations.
+        /// The exceptions of its operations, and when they are raised.
         exception: attribute = RTC_DOC "docException" "docException";
-        /// What must hold before.
+        /// What must hold before an operation is called.
         pre_condition: attribute = RTC_DOC "docPreCondition" "docPreCondition";
-        /// What holds after.
+        /// What holds after an operation was called.
         post_condition: attribute = RTC_DOC "docPostCondition" "docPostCondition";
     }
 }

@@ -4,45 +4,63 @@ use super::{Property, RTC, RTC_EXT, XSI};
 use crate::form::profile_form;
 
 profile_form! {
-    /// The language of a component.
+    /// The language of a component, and the machines it is made for.
     pub struct Language {
-        /// `rtcExt:language_ext`, when it has elements of `rtcExt`.
+        /// Type of the element in the schema: `rtcExt:language_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// `C++`, `Python`, `Java` and others (since version 0.2).
+        /// The language: `C++`, `Python`, `Java`, `Lua` and others.
+        ///
+        /// - Required: by the schema
+        /// - Versions: since 0.2
         kind: attribute = RTC "kind" "kind";
-        /// C++ (version 0.1).
+        /// The component is written in C++.
+        ///
+        /// - Versions: only 0.1
         cxx: one<Cxx> = RTC "Cxx" "cxx";
-        /// Python (version 0.1).
+        /// The component is written in Python.
+        ///
+        /// - Versions: only 0.1
         python: text = RTC "Python" "python";
-        /// Java (version 0.1).
+        /// The component is written in Java.
+        ///
+        /// - Versions: only 0.1
         java: one<Java> = RTC "Java" "java";
-        /// C# (version 0.1).
+        /// The component is written in C#.
+        ///
+        /// - Versions: only 0.1
         csharp: text = RTC "Csharp" "csharp";
-        /// Ruby (version 0.1).
+        /// The component is written in Ruby.
+        ///
+        /// - Versions: only 0.1
         ruby: text = RTC "Ruby" "ruby";
-        /// The machines it is made for.
+        /// The machines and systems it is made for.
+        ///
+        /// - Versions: since 0.2
         targets: many<TargetEnvironment> = RTC_EXT "targets" "rtcExt::targets|rtcExt::target";
-        /// Properties of the language.
+        /// Names and values besides, for the language.
+        ///
+        /// - Versions: since 0.3
         properties: many<Property> = RTC_EXT "Properties" "rtcExt::properties|rtcExt::property";
     }
 }
 
 profile_form! {
-    /// C++ (version 0.1).
+    /// A component in C++ (version 0.1).
     pub struct Cxx {
-        /// Operating system.
+        /// Operating system that it is built for.
         os: attribute = RTC "os" "os";
-        /// Architecture.
+        /// Processor that it is built for: `x86_64`.
         arch: attribute = RTC "arch" "arch";
-        /// Libraries.
+        /// Names of libraries that it is linked with.
         libraries: texts = RTC "library" "library|libraries";
     }
 }
 
 profile_form! {
-    /// Java (version 0.1).
+    /// A component in Java (version 0.1).
     pub struct Java {
-        /// Libraries.
+        /// Names of libraries that it needs.
         libraries: texts = RTC "library" "library|libraries";
     }
 }
@@ -50,19 +68,19 @@ profile_form! {
 profile_form! {
     /// A kind of machine that a component is made for.
     pub struct TargetEnvironment {
-        /// Version of the language.
+        /// Version of the language or its compiler.
         lang_version: attribute = RTC_EXT "langVersion" "langVersion";
-        /// Operating system.
+        /// Operating system: `Ubuntu`, `Windows`.
         os: attribute = RTC_EXT "os" "os";
-        /// Anything else.
+        /// Anything else that a machine must have.
         other: attribute = RTC_EXT "other" "other";
-        /// Another processor.
+        /// A processor that is not in the usual list.
         cpu_other: attribute = RTC_EXT "cpuOther" "cpuOther";
-        /// Versions of the operating system.
+        /// Versions of the operating system, one in each element: `22.04`.
         os_versions: texts = RTC_EXT "osVersions" "osVersions|osVersion";
-        /// Processors.
+        /// Processors, one in each element: `x86_64`.
         cpus: texts = RTC_EXT "cpus" "cpus|cpu";
-        /// Libraries.
+        /// Libraries that must be there, with their versions.
         libraries: many<Library> = RTC_EXT "libraries" "libraries|library";
     }
 }
@@ -70,11 +88,13 @@ profile_form! {
 profile_form! {
     /// A library that a component needs.
     pub struct Library {
-        /// Name.
+        /// Name of the library, as it is installed.
+        ///
+        /// - Required: by the schema
         name: attribute = RTC_EXT "name" "name";
-        /// Version.
+        /// Version of the library that is needed.
         version: attribute = RTC_EXT "version" "version";
-        /// Anything else.
+        /// Anything else there is to say of the library.
         other: attribute = RTC_EXT "other" "other";
     }
 }

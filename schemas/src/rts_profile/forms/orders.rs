@@ -6,7 +6,7 @@ use crate::form::profile_form;
 profile_form! {
     /// An order: which components, one after the other.
     pub struct Order {
-        /// The conditions, one for each component.
+        /// The conditions: one for each component that has a place in the order. The others go at once.
         targets: many<Condition> = RTS "targets" "targets";
     }
 }
@@ -14,17 +14,22 @@ profile_form! {
 profile_form! {
     /// When one component has its turn.
     pub struct Condition {
-        /// `rtsExt:condition_ext`, when it has properties.
+        /// Type of the element in the schema: `rtsExt:condition_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// A whole number; smaller ones go first, gaps are allowed.
+        /// Place in the order: a whole number. Smaller ones go first, equal ones together; gaps are allowed.
+        ///
+        /// - Required: by the schema
         sequence: number = RTS "sequence" "sequence";
-        /// Wait so long before.
+        /// A time to wait before the component has its turn. Not together with `preceding`.
         wait_time: one<WaitTime> = RTS "WaitTime" "condition/waitTime";
-        /// Wait for others before.
+        /// Other components to wait for before the component has its turn. Not together with `waitTime`.
         preceding: one<Preceding> = RTS "Preceding" "condition/preceding";
-        /// The component that waits.
+        /// The component that has its turn, and its execution context.
+        ///
+        /// - Required: by the schema
         target_component: one<TargetExecutionContext> = RTS "TargetComponent" "targetComponent";
-        /// Properties of the condition.
+        /// Properties of the condition. They are kept, and have no effect.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
@@ -32,7 +37,9 @@ profile_form! {
 profile_form! {
     /// A time to wait.
     pub struct WaitTime {
-        /// Milliseconds.
+        /// How long to wait: a whole number.
+        ///
+        /// - Unit: milliseconds
         wait_time: number = RTS "waitTime" "waitTime";
     }
 }
@@ -40,11 +47,17 @@ profile_form! {
 profile_form! {
     /// Components to wait for.
     pub struct Preceding {
-        /// `SYNC`: until they are in the state; `ASYNC`: until they were told.
+        /// What to wait for: that the others are in the state (`SYNC`), or only that they were told (`ASYNC`; the
+        /// `NO_SYNC` of rtshell means the same).
+        ///
+        /// - Values: `SYNC`, `ASYNC`
         sending_timing: attribute = RTS "sendingTiming" "sendingTiming";
-        /// Milliseconds to wait at most; 0 for ever.
+        /// How long to wait at most. With 0 there is no limit but that of the whole operation.
+        ///
+        /// - Default: `0`
+        /// - Unit: milliseconds
         timeout: number = RTS "timeout" "timeout";
-        /// The components.
+        /// The components to wait for: all of them.
         components: many<TargetExecutionContext> = RTS "PrecedingComponents" "precedingComponents";
     }
 }
@@ -52,15 +65,23 @@ profile_form! {
 profile_form! {
     /// An execution context of a component.
     pub struct TargetExecutionContext {
-        /// `rtsExt:target_component_ext`, when it has properties.
+        /// Type of the element in the schema: `rtsExt:target_component_ext`. The schema wants it where the element has
+        /// attributes or elements of the extension; readers do not need it.
         xsi_type: attribute = XSI "type" "xsi::type";
-        /// Id of the execution context.
+        /// Id of the execution context within the component: usually `0`. RT System Editor leaves it away; then the
+        /// first context is meant.
+        ///
+        /// - Required: by the schema
         id: attribute = RTS "id" "id";
-        /// Id of the component.
+        /// Id of the component: `RTC:vendor:category:type:version`.
+        ///
+        /// - Required: by the schema
         component_id: attribute = RTS "componentId" "componentId";
         /// Instance name of the component.
+        ///
+        /// - Required: by the schema
         instance_name: attribute = RTS "instanceName" "instanceName";
-        /// Properties of the reference.
+        /// Properties of the reference. They are kept, and have no effect.
         properties: many<Property> = RTS_EXT "Properties" "rtsExt::properties|rtsExt::property";
     }
 }
