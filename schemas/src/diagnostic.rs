@@ -3,8 +3,10 @@
 //! A finding carries the text of its line, so that it can travel over the API and still be shown as a compiler would.
 
 mod render;
+mod source;
 
 pub use render::render;
+pub use source::Source;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -126,90 +128,5 @@ impl Report {
     /// True when at least one finding is an error.
     pub fn has_errors(&self) -> bool {
         self.findings.iter().any(|f| f.severity == Severity::Error)
-    }
-}
-
-/// A source text that can turn byte offsets into places.
-#[derive(Debug, Clone)]
-pub struct Source {
-    name: String,
-    text: String,
-    line_starts: Vec<usize>,
-}
-
-/// Longest piece of a line that a place carries, in characters.
-const TEXT_LIMIT: usize = 240;
-
-impl Source {
-    /// Keeps the text and finds its lines.
-    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
-        let text = text.into();
-        let line_starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(at, _)| at + 1))
-            .collect();
-        Self {
-            name: name.into(),
-            text,
-            line_starts,
-        }
-    }
-
-    /// The text.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    /// The name that places show.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The place of a byte range; offsets past the end or inside a character are moved back.
-    pub fn place(&self, start: usize, end: usize) -> Place {
-        let start = self.text.floor_char_boundary(start);
-        let index = self
-            .line_starts
-            .partition_point(|at| *at <= start)
-            .saturating_sub(1);
-        let from = self.line_starts[index];
-        let line = self.text[from..].lines().next().unwrap_or_default();
-        let start_in_line = (start - from).min(line.len());
-        let end_in_line = self.text.floor_char_boundary(end.max(start)) - from;
-        let column = line[..start_in_line].chars().count() + 1;
-        let length = line[start_in_line..end_in_line.clamp(start_in_line, line.len())]
-            .chars()
-            .count()
-            .max(1);
-        // A file may be one line of a megabyte: of it only this piece is walked.
-        let cut = (line.chars().count() > TEXT_LIMIT)
-            .then(|| line[..start_in_line].char_indices().rev().nth(39))
-            .flatten();
-        let (cut_at, skip) = cut.map_or((0, 0), |(at, _)| (at, column - 1 - 40));
-        let text: String = line[cut_at..].chars().take(TEXT_LIMIT).collect();
-        let room = text
-            .chars()
-            .count()
-            .saturating_sub(column - 1 - skip)
-            .max(1);
-        Place {
-            file: self.name.clone(),
-            line: index + 1,
-            column,
-            length: length.min(room),
-            text,
-            text_column: skip + 1,
-        }
-    }
-
-    /// The place of a line and column, both from 1.
-    pub fn place_at(&self, line: usize, column: usize) -> Place {
-        let index = line.saturating_sub(1).min(self.line_starts.len() - 1);
-        let from = self.line_starts[index];
-        let line = self.text[from..].lines().next().unwrap_or_default();
-        let offset = line
-            .char_indices()
-            .nth(column.saturating_sub(1))
-            .map_or(line.len(), |(at, _)| at);
-        self.place(from + offset, from + offset + 1)
     }
 }

@@ -134,6 +134,11 @@ struct Reader {
 
 impl Reader {
     fn error(&mut self, code: &str, message: String, span: Span, help: impl Into<String>) {
+        // A file of nothing but mistakes needs no longer list.
+        const MOST: usize = 200;
+        if self.report.findings.len() >= MOST {
+            return;
+        }
         let place = self.overlay.place(span);
         self.report
             .push(Finding::error(code, message).at(place).help(help));

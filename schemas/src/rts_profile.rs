@@ -117,8 +117,8 @@ pub fn patch(document: &Document, old: &Shape, new: &Shape) -> Result<Document, 
 fn shape_of(tree: &Tree) -> Shape {
     let old = match tree {
         Tree::Xml(tree) => {
-            let has = |local: &str| tree.root.elements().any(|e| e.local == local);
-            (has("Component") || tree.root.local == "RTSystemProfile") && !has("Components")
+            let has = |local: &str| tree.root.elements().any(|e| e.local() == local);
+            (has("Component") || tree.root.local() == "RTSystemProfile") && !has("Components")
         }
         Tree::Yaml(node, _) => {
             let version = node.get("version").and_then(yaml::Node::text);

@@ -15,6 +15,7 @@ pub use element::{Attribute, Element, Node, Tree};
 pub use print::{escape_attribute, escape_text, print, print_element};
 pub use write::{Tag, write};
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -108,9 +109,9 @@ pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
             Event::Text(piece) => tree.text(&piece, span)?,
             Event::CData(piece) => tree.text(&piece, span)?,
             Event::GeneralRef(name) => tree.text(&resolve(&name, span)?, span)?,
-            Event::Comment(comment) => tree.push(Node::Comment((*comment).to_owned())),
+            Event::Comment(comment) => tree.push(Node::Comment((*comment).into())),
             Event::DocType(_) => return Err(dtd_refused(span)),
-            Event::PI(pi) => tree.push(Node::Instruction((*pi).to_owned())),
+            Event::PI(pi) => tree.push(Node::Instruction((*pi).into())),
             Event::Decl(_) => {}
             Event::Eof => break,
         }
@@ -122,6 +123,8 @@ pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
 #[derive(Default)]
 struct Builder {
     open: Vec<Element>,
+    /// Text that may go on.
+    pending: String,
     root: Option<Element>,
     before: Vec<Node>,
     after: Vec<Node>,
@@ -136,7 +139,7 @@ impl Builder {
         let span = Span::new(from, first_line(text, from, to));
         let mut broken = XmlError::malformed(error.to_string(), span);
         broken.help = self.open.last().map(|open| {
-            let line = text[..open.span.start].matches('\n').count() + 1;
+            let line = text[..open.span.range().start].matches('\n').count() + 1;
             format!(
                 "the innermost open element is `<{}>` of line {line}",
                 open.qname
@@ -163,11 +166,13 @@ impl Builder {
                 span: element.span,
             });
         }
+        self.flush();
         self.open.push(element);
         Ok(())
     }
 
     fn close(&mut self) {
+        self.flush();
         if let Some(mut element) = self.open.pop() {
             element.children.shrink_to_fit();
             match self.open.last_mut() {
@@ -177,7 +182,17 @@ impl Builder {
         }
     }
 
+    fn flush(&mut self) {
+        if let Some(parent) = self.open.last_mut()
+            && !self.pending.is_empty()
+        {
+            parent.children.push(Node::Text(self.pending.as_str().into()));
+            self.pending.clear();
+        }
+    }
+
     fn push(&mut self, node: Node) {
+        self.flush();
         match self.open.last_mut() {
             Some(parent) => parent.children.push(node),
             None if self.root.is_none() => self.before.push(node),
@@ -186,7 +201,7 @@ impl Builder {
     }
 
     fn text(&mut self, piece: &str, span: Span) -> Result<(), XmlError> {
-        let Some(parent) = self.open.last_mut() else {
+        if self.open.is_empty() {
             let blank = piece.trim().trim_matches(['\0', '\u{feff}']).is_empty();
             return if blank {
                 Ok(())
@@ -196,11 +211,8 @@ impl Builder {
                     span,
                 ))
             };
-        };
-        match parent.children.last_mut() {
-            Some(Node::Text(text)) => text.push_str(piece),
-            _ => parent.children.push(Node::Text(piece.to_owned())),
         }
+        self.pending.push_str(piece);
         Ok(())
     }
 
@@ -229,14 +241,14 @@ fn element(
     span: Span,
     names: &mut HashSet<Arc<str>>,
 ) -> Result<Element, XmlError> {
-    let (namespace, local) = reader.resolver().resolve_element(start.name());
+    let (namespace, _) = reader.resolver().resolve_element(start.name());
+    let std::ops::Range { start: start_at, end } = span.range();
     let mut element = Element {
         namespace: bound(namespace, span, names)?,
-        local: local.into_inner().to_owned(),
-        qname: start.name().into_inner().to_owned(),
+        qname: start.name().into_inner().into(),
         attributes: Vec::new(),
         children: Vec::new(),
-        span: Span::new(span.start, first_line(text, span.start, span.end)),
+        span: Span::new(start_at, first_line(text, start_at, end)),
     };
     for attribute in start.attributes() {
         if element.attributes.len() >= ATTRIBUTE_LIMIT {
@@ -253,15 +265,15 @@ fn element(
         let value = attribute
             .normalized_value(XmlVersion::Implicit1_0)
             .map_err(|error| XmlError::malformed(error.to_string(), place))?;
-        let (namespace, local) = reader.resolver().resolve_attribute(attribute.key);
+        let (namespace, _) = reader.resolver().resolve_attribute(attribute.key);
         element.attributes.push(Attribute {
             namespace: bound(namespace, place, names)?,
-            local: local.into_inner().to_owned(),
-            qname: attribute.key.into_inner().to_owned(),
-            value: value.into_owned(),
+            qname: attribute.key.into_inner().into(),
+            value: value.into(),
             span: place,
         });
     }
+    element.attributes.shrink_to_fit();
     Ok(element)
 }
 
@@ -271,9 +283,10 @@ fn bound(
     names: &mut HashSet<Arc<str>>,
 ) -> Result<Arc<str>, XmlError> {
     let name = match &result {
-        ResolveResult::Bound(namespace) => namespace.0,
-        _ => "",
+        ResolveResult::Bound(namespace) => unescaped(namespace.0, span)?,
+        _ => Cow::Borrowed(""),
     };
+    let name = &*name;
     match result {
         _ if name.len() > NAMESPACE_LIMIT => Err(XmlError {
             code: "too-long",
@@ -297,6 +310,17 @@ fn bound(
             Err(error)
         }
     }
+}
+
+/// The name of a namespace is the value of an attribute, but comes as it is written.
+fn unescaped(raw: &str, span: Span) -> Result<Cow<'_, str>, XmlError> {
+    if !raw.contains(['&', '\t', '\r', '\n']) {
+        return Ok(Cow::Borrowed(raw));
+    }
+    let line = raw.replace("\r\n", " ").replace(['\t', '\r', '\n'], " ");
+    quick_xml::escape::unescape(&line)
+        .map(|text| Cow::Owned(text.into_owned()))
+        .map_err(|error| XmlError::malformed(error.to_string(), span))
 }
 
 /// The text of `&name;`: the five of XML, and characters by number.

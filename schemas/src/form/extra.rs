@@ -21,6 +21,33 @@ pub struct Beside {
     pub node_order: Vec<Place>,
     /// Keys of YAML without a field.
     pub keys: Vec<(Text, yaml::Node)>,
+    /// Names that are not the usual ones, by the number in [`Place::Spelled`].
+    pub spellings: Vec<Box<str>>,
+}
+
+impl Beside {
+    /// How the file writes the name of a field there, when that is not the usual name.
+    pub fn spelling(&self, place: Place) -> Option<&str> {
+        match place {
+            Place::Spelled(_, number) => self.spellings.get(usize::from(number)).map(|name| &**name),
+            Place::Field(_) | Place::Other => None,
+        }
+    }
+
+    /// The place of a field under a name of its own. An element has few such names: of more than 255 the usual is kept.
+    pub fn spell(&mut self, field: u16, name: &str) -> Place {
+        let known = self.spellings.iter().position(|known| **known == *name);
+        let number = known.unwrap_or(self.spellings.len());
+        match u8::try_from(number) {
+            Ok(number) => {
+                if known.is_none() {
+                    self.spellings.push(name.into());
+                }
+                Place::Spelled(field, number)
+            }
+            Err(_) => Place::Field(field),
+        }
+    }
 }
 
 static NOTHING: Beside = Beside {
@@ -29,6 +56,7 @@ static NOTHING: Beside = Beside {
     strays: Vec::new(),
     node_order: Vec::new(),
     keys: Vec::new(),
+    spellings: Vec::new(),
 };
 
 impl Extra {
@@ -42,6 +70,11 @@ impl Extra {
         self.0.get_or_insert_default()
     }
 
+    /// True when there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// Forgets what says nothing: an order that is that of the fields, and an empty box.
     pub fn tidy(&mut self) {
         let Some(beside) = &mut self.0 else { return };
@@ -51,10 +84,15 @@ impl Extra {
                 Place::Field(at) => std::mem::replace(&mut last, at) <= at,
                 Place::Spelled(..) | Place::Other => false,
             });
-            if usual {
-                *order = Vec::new();
+            match usual {
+                true => *order = Vec::new(),
+                false => order.shrink_to_fit(),
             }
         }
+        beside.attributes.shrink_to_fit();
+        beside.strays.shrink_to_fit();
+        beside.keys.shrink_to_fit();
+        beside.spellings.shrink_to_fit();
         if **beside == NOTHING {
             self.0 = None;
         }
@@ -67,29 +105,29 @@ pub enum Stray {
     /// An element that has no field here.
     Element(Box<Element>),
     /// A comment.
-    Comment(String),
+    Comment(Box<str>),
     /// A processing instruction.
-    Instruction(String),
+    Instruction(Box<str>),
     /// Text that is not blank.
-    Text(String),
+    Text(Box<str>),
 }
 
 /// One thing in an order.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// The next value of the field with this index.
     Field(u16),
-    /// The same, under a name that is not the usual one: another prefix, or none.
-    Spelled(u16, Box<str>),
+    /// The same, under a name that is not the usual one (another prefix, or none): its number in `spellings`.
+    Spelled(u16, u8),
     /// The next one without a field.
     Other,
 }
 
 impl Place {
     /// Index of the field.
-    pub fn field(&self) -> Option<usize> {
+    pub fn field(self) -> Option<usize> {
         match self {
-            Self::Field(at) | Self::Spelled(at, _) => Some(usize::from(*at)),
+            Self::Field(at) | Self::Spelled(at, _) => Some(usize::from(at)),
             Self::Other => None,
         }
     }

@@ -135,7 +135,7 @@ impl Patch<'_> {
             if !field.kind.is_attribute() {
                 continue;
             }
-            let name = self.name(field, at, true);
+            let name = self.name(field, true);
             if let Some(prefix) = &name.new_prefix {
                 self.scope.declare(prefix, &name.namespace);
                 let declaration = declaration(prefix, &name.namespace);
@@ -146,9 +146,8 @@ impl Patch<'_> {
         added
     }
 
-    fn name(&self, field: &FieldType, at: usize, attribute: bool) -> Name {
-        let place = Place::Field(u16::try_from(at).unwrap_or(u16::MAX));
-        Name::of(field, &place, attribute, &self.scope, self.words)
+    fn name(&self, field: &FieldType, attribute: bool) -> Name {
+        Name::of(field, None, attribute, &self.scope, self.words)
     }
 
     fn stranger(&self, part: &Part) -> EditError {

@@ -17,8 +17,7 @@ pub fn element_of(
     scope.enter(&beside.attributes);
     let mut element = Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children: Vec::new(),
         span: Span::default(),
@@ -44,7 +43,7 @@ fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: 
         let Value::Text(Some(text)) = form.value(at) else {
             continue;
         };
-        let name = Name::of(&fields[at], &place, true, scope, words);
+        let name = Name::of(&fields[at], beside.spelling(place), true, scope, words);
         if let Some(prefix) = &name.new_prefix {
             scope.declare(prefix, &name.namespace);
             let made = declaration(prefix, &name.namespace);
@@ -52,9 +51,8 @@ fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: 
         }
         element.attributes.push(Attribute {
             namespace: name.namespace.as_str().into(),
-            local: fields[at].local.to_owned(),
-            qname: name.qname,
-            value: text.value.clone(),
+            qname: name.qname.into(),
+            value: text.value.as_str().into(),
             span: Span::default(),
         });
     }
@@ -82,7 +80,7 @@ fn children(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &V
         };
         let number = next[at];
         next[at] += 1;
-        let name = Name::of(&fields[at], &place, false, scope, words);
+        let name = Name::of(&fields[at], beside.spelling(place), false, scope, words);
         // It is declared out here: an element of text has no attributes of its own.
         if let Some(prefix) = &name.new_prefix {
             scope.declare(prefix, &name.namespace);
@@ -120,12 +118,11 @@ fn stray(stray: &Stray, scope: &mut Scope) -> Node {
 fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
     let children = match text.value.as_str() {
         "" => Vec::new(),
-        text => vec![Node::Text(text.to_owned())],
+        text => vec![Node::Text(text.into())],
     };
     Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children,
         span: Span::default(),
@@ -143,17 +140,17 @@ pub(super) struct Name {
 impl Name {
     pub(super) fn of(
         field: &FieldType,
-        place: &Place,
+        spelling: Option<&str>,
         attribute: bool,
         scope: &Scope,
         words: &Vocabulary,
     ) -> Self {
-        if let Place::Spelled(_, qname) = place
+        if let Some(qname) = spelling
             && let Some(namespace) = spelled(qname, field, attribute, scope, words)
         {
             return Self {
                 namespace,
-                qname: qname.to_string(),
+                qname: qname.to_owned(),
                 new_prefix: None,
             };
         }
@@ -218,7 +215,7 @@ pub(super) fn whole_order(
             }
             Some(at) if left.get(at).is_some_and(|left| *left > 0) => {
                 left[at] -= 1;
-                order.push(place.clone());
+                order.push(*place);
             }
             _ => {}
         }

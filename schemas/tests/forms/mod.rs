@@ -74,7 +74,7 @@ fn is_leaf_text(element: &Element) -> bool {
         "cpus",
         "osVersions",
     ];
-    TEXTS.contains(&element.local.as_str())
+    TEXTS.contains(&element.local())
 }
 
 /// Bytes that choices are made of; when they run out every choice is the first.

@@ -2,7 +2,7 @@
 
 use super::super::place::declaration;
 use super::super::write_xml::whole_order;
-use super::super::{Form, Held, Place, Value, element_of};
+use super::super::{Form, Held, Value, element_of};
 use super::{Patch, is_element};
 use crate::span::{Span, Text};
 use crate::xml::document::{EditError, Part};
@@ -30,7 +30,7 @@ impl Patch<'_> {
         let order = whole_order(old, &beside.node_order, beside.strays.len(), false);
         let mut strays = beside.strays.iter();
         let order = order.iter().filter(|place| is_element(place, &mut strays));
-        let fields: Vec<Option<usize>> = order.map(Place::field).collect();
+        let fields: Vec<Option<usize>> = order.map(|place| place.field()).collect();
         if fields.len() != part.children.len() {
             return Err(self.stranger(part));
         }
@@ -192,7 +192,7 @@ impl Patch<'_> {
         state: &Old<'_>,
     ) -> String {
         let field = &new.form_type().fields[at];
-        let name = self.name(field, at, false);
+        let name = self.name(field, false);
         if let Some(prefix) = &name.new_prefix {
             self.scope.declare(prefix, &name.namespace);
             let made = declaration(prefix, &name.namespace);
@@ -266,12 +266,11 @@ fn in_order(count: usize, old: usize, same: impl Fn(usize, usize) -> bool) -> Ve
 fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
     let children = match text.value.as_str() {
         "" => Vec::new(),
-        text => vec![Node::Text(text.to_owned())],
+        text => vec![Node::Text(text.into())],
     };
     Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children,
         span: Span::default(),
