@@ -57,6 +57,11 @@ struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
+    /// True when further findings are not shown: finding the nearest of thousands of names costs its time.
+    fn is_full(&self) -> bool {
+        self.report.findings.len() > FINDINGS_LIMIT
+    }
+
     fn push(&mut self, finding: Finding, span: Span) {
         match self.report.findings.len() {
             0..FINDINGS_LIMIT => {}
@@ -112,6 +117,9 @@ impl<'a> Check<'a> {
         let name = self.required(&target.instance_name, "instanceName", owner, target.span)?;
         if self.read.component(&name.value).is_some() {
             return Some(name.trimmed());
+        }
+        if self.is_full() {
+            return None;
         }
         let help = if self.instances.is_empty() {
             "the profile has no component".to_owned()

@@ -22,11 +22,11 @@ use crate::diagnostic::{Place, Report, Source};
 use crate::form::{self, Around, Opened, Tree};
 use crate::overlay::{self, Overlay};
 use crate::span::Span;
-use crate::system::SystemSpec;
+use crate::system::{PortKind, SystemSpec};
 use crate::xml::document::{Document, EditError};
 use crate::{check, yaml};
 use forms::{Shape, WORDS};
-use model::{Component, RtsProfile};
+use model::{Component, Port, RtsProfile};
 
 /// A profile as the file says it, with the text to point at.
 #[derive(Debug, Clone)]
@@ -47,7 +47,12 @@ pub struct ReadProfile {
     pub findings: Report,
     /// Instance name → index of its first component.
     instances: HashMap<String, usize>,
+    /// Of components with many ports: their ports in the order of their names.
+    ports: HashMap<usize, Vec<u32>>,
 }
+
+/// Ports that are looked through one by one.
+const FEW_PORTS: usize = 16;
 
 impl ReadProfile {
     /// The place of a range; `None` when it is unknown.
@@ -59,6 +64,20 @@ impl ReadProfile {
     pub fn component(&self, instance: &str) -> Option<&Component> {
         let index = *self.instances.get(instance.trim())?;
         self.profile.components.get(index)
+    }
+
+    /// The declared port of a component, and its kind; of several the first.
+    pub fn port(&self, instance: &str, port: &str) -> Option<(PortKind, &Port)> {
+        let index = *self.instances.get(instance.trim())?;
+        let component = self.profile.components.get(index)?;
+        let Some(order) = self.ports.get(&index) else {
+            return component.port(port);
+        };
+        let bare = component.bare_port(port);
+        let name = |at: &u32| Some(component.port_name(usize::try_from(*at).ok()?)?.1);
+        let at = order.partition_point(|at| name(at) < Some(bare));
+        let at = order.get(at).filter(|at| name(at) == Some(bare))?;
+        Some(component.port_name(usize::try_from(*at).ok()?)?.0)
     }
 
     /// How the file writes an attribute: `rts:instanceName` in XML, `instanceName` in YAML.
@@ -86,6 +105,7 @@ pub fn read(file_name: &str, bytes: &[u8]) -> Result<ReadProfile, Report> {
     let profile = mirror::mirror(&shape);
     Ok(ReadProfile {
         instances: index(&profile),
+        ports: index_ports(&profile),
         source,
         profile,
         shape,
@@ -131,6 +151,22 @@ fn shape_of(tree: &Tree) -> Shape {
     } else {
         Shape::V02(Box::default())
     }
+}
+
+fn index_ports(profile: &RtsProfile) -> HashMap<usize, Vec<u32>> {
+    let components = profile.components.iter().enumerate();
+    let many = components.filter(|(_, c)| c.data_ports.len() + c.service_ports.len() > FEW_PORTS);
+    many.map(|(index, component)| {
+        let count = component.data_ports.len() + component.service_ports.len();
+        let mut order: Vec<u32> = (0..count)
+            .filter(|at| component.port_name(*at).is_some())
+            .filter_map(|at| u32::try_from(at).ok())
+            .collect();
+        let name = |at: u32| Some(component.port_name(usize::try_from(at).ok()?)?.1);
+        order.sort_by_key(|at| name(*at));
+        (index, order)
+    })
+    .collect()
 }
 
 fn index(profile: &RtsProfile) -> HashMap<String, usize> {

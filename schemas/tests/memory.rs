@@ -3,22 +3,33 @@
 #![allow(clippy::unwrap_used, unsafe_code)] // A failure here is a failed test; an allocator that counts is unsafe to write.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+use rts_schemas::form::Format;
+use rts_schemas::span::Text;
 use rts_schemas::xml::Document;
 use rts_schemas::{overlay, rtc_profile, rts_profile};
 
 /// Bytes of memory for a byte of the worst file.
 const TIMES: usize = 64;
 
+#[allow(dead_code)] // The benchmark asks for bytes.
+mod generated;
+
 struct Counting;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
+static TOTAL: AtomicUsize = AtomicUsize::new(0);
+
+/// Only one test at a time: other threads would be counted too.
+static ALONE: Mutex<()> = Mutex::new(());
 
 fn more(size: usize) {
     let now = NOW.fetch_add(size, Relaxed) + size;
     PEAK.fetch_max(now, Relaxed);
+    TOTAL.fetch_add(size, Relaxed);
 }
 
 // SAFETY: every call goes to the system's allocator as it is; only sizes are noted.
@@ -188,9 +199,9 @@ fn twisted(size: usize) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// All in one test: other threads would be counted too.
 #[test]
 fn memory_is_bounded_by_the_size_of_the_file() {
+    let _alone = ALONE.lock().unwrap();
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for size in [3_000, 100_000] {
         for (kind, pieces) in XML {
@@ -237,4 +248,71 @@ fn memory_is_bounded_by_the_size_of_the_file() {
     }
     println!("{} files, the worst {} x and 1 MiB: {}", files.len(), worst.0, worst.1);
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
+}
+
+/// What is done with a profile.
+type Work = (&'static str, fn(&str));
+
+/// Ten times the components take about ten times the memory, all that was ever asked for counted.
+#[test]
+fn work_grows_with_the_size_of_the_file() {
+    let _alone = ALONE.lock().unwrap();
+    let small = generated::of_components(50);
+    let large = generated::of_components(500);
+    let works: [Work; 4] = [
+        ("read", |text| drop(read(text))),
+        ("load", |text| {
+            let loaded = rts_profile::load_with_places("f", text.as_bytes(), None, &[]);
+            assert!(loaded.unwrap().report.findings.is_empty());
+        }),
+        ("write", |text| {
+            let read = read(text);
+            assert!(rts_profile::format(&read.shape, &read.around, read.format).len() > 1000);
+        }),
+        ("edit", edit_every_second),
+    ];
+    let total = |work: fn(&str), text: &str| {
+        let before = TOTAL.load(Relaxed);
+        work(text);
+        TOTAL.load(Relaxed) - before
+    };
+    for (name, work) in works {
+        let forms = [("xml", small.clone(), large.clone()), ("yaml", in_yaml(&small), in_yaml(&large))];
+        for (format, small, large) in forms {
+            if name == "edit" && format == "yaml" {
+                continue;
+            }
+            let (few, many) = (total(work, &small), total(work, &large));
+            println!("{name} {format}: {few} and {many} bytes");
+            assert!(many <= 12 * few, "{name} {format}: {few} and {many} bytes");
+        }
+    }
+}
+
+fn read(text: &str) -> rts_profile::ReadProfile {
+    rts_profile::read("f", text.as_bytes()).unwrap()
+}
+
+fn in_yaml(text: &str) -> String {
+    let read = read(text);
+    rts_profile::format(&read.shape, &read.around, Format::Yaml)
+}
+
+/// Changes, removes and adds elements all over the file.
+fn edit_every_second(text: &str) {
+    let document = Document::open("f", text.as_bytes()).unwrap();
+    let old = read(text).shape;
+    let mut new = old.clone();
+    let rts_profile::forms::Shape::V02(profile) = &mut new else {
+        panic!("it is of version 0.2");
+    };
+    let mut number = 0;
+    profile.components.retain_mut(|component| {
+        number += 1;
+        component.path_uri = Some(Text::new(format!("localhost/{number}.rtc"), component.span));
+        number % 7 != 0
+    });
+    let added = vec![rts_profile::forms::Component::default(); profile.components.len() / 2];
+    profile.components.extend(added);
+    rts_profile::patch(&document, &old, &new).unwrap();
 }

@@ -146,7 +146,10 @@ pub(super) fn foreign_prefix<'a>(
     port: &str,
 ) -> Option<&'a str> {
     let own = component.instance_name.as_ref().map_or("", Text::trimmed);
+    // No instance name is longer.
+    const LONGEST: usize = 128;
     port.match_indices('.')
+        .take_while(|(dot, _)| *dot <= LONGEST)
         .filter_map(|(dot, _)| check.read.component(&port[..dot])?.instance_name.as_ref())
         .map(Text::trimmed)
         .find(|other| *other != own)

@@ -147,7 +147,7 @@ fn end<'a>(
     let instance = instance?;
     let component = check.read.component(instance)?;
     let bare = component.bare_port(&name.value);
-    match component.port(&name.value) {
+    match check.read.port(instance, &name.value) {
         Some((found, port)) if found == connector.kind => Some(End {
             instance,
             bare,
@@ -206,6 +206,9 @@ fn unknown_port(
             check.read.spelled("instanceName")
         );
         check.error("instance-prefix", message, span, help);
+        return;
+    }
+    if check.is_full() {
         return;
     }
     let declared: Vec<&str> = component

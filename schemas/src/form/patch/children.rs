@@ -1,5 +1,7 @@
 //! Child elements: which ones stay, which go, and where new ones stand.
 
+use std::collections::HashMap;
+
 use super::super::place::declaration;
 use super::super::write_xml::whole_order;
 use super::super::{Form, Held, Value, element_of};
@@ -14,6 +16,8 @@ struct Old<'a> {
     places: Vec<(Option<usize>, &'a Part)>,
     /// Which of them stay.
     kept: Vec<bool>,
+    /// The first that stays.
+    first: Option<usize>,
 }
 
 /// One child of a field in the new form: the old one that it is, or `None` for a new one.
@@ -35,6 +39,7 @@ impl Patch<'_> {
             return Err(self.stranger(part));
         }
         let mut state = Old {
+            first: None,
             kept: vec![true; fields.len()],
             places: fields.into_iter().zip(&part.children).collect(),
         };
@@ -46,6 +51,7 @@ impl Patch<'_> {
         for (at, matches) in &matches {
             self.changed(*at, matches, old, new, &mut state)?;
         }
+        state.first = state.kept.iter().position(|kept| *kept);
         let mut inside = String::new();
         for (at, matches) in &matches {
             self.added(part, *at, matches, new, &state, &mut inside);
@@ -119,23 +125,30 @@ impl Patch<'_> {
     ) {
         let own: Vec<usize> = state.own(at).collect();
         let stays = |m: &Match| m.and_then(|number| own.get(number).copied());
-        for (index, _) in matches.iter().enumerate().filter(|(_, m)| m.is_none()) {
-            let before = matches[..index].iter().rev().find_map(stays);
-            let after = matches[index..].iter().find_map(stays);
-            let earlier = || {
-                let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
-                kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at))
-            };
-            let first = || (0..state.places.len()).find(|p| state.kept[*p]);
+        let mut following: Vec<Option<usize>> = vec![None; matches.len()];
+        let mut next = None;
+        for (index, m) in matches.iter().enumerate().rev() {
+            next = stays(m).or(next);
+            following[index] = next;
+        }
+        let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
+        let earlier = kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at));
+        let mut before = None;
+        for (index, m) in matches.iter().enumerate() {
+            if m.is_some() {
+                before = stays(m).or(before);
+                continue;
+            }
+            let after = following[index];
             let text = self.new_element(part, at, index, new, state);
-            if let Some(place) = before.or_else(|| if after.is_none() { earlier() } else { None }) {
+            if let Some(place) = before.or(if after.is_none() { earlier } else { None }) {
                 let anchor = state.places[place].1.whole.clone();
                 let text = match self.document.indent(anchor.start) {
                     Some(indent) => format!("{}{indent}{text}", self.document.line_end()),
                     None => text,
                 };
                 self.replace(anchor.end..anchor.end, text);
-            } else if let Some(place) = after.or_else(first) {
+            } else if let Some(place) = after.or(state.first) {
                 let anchor = state.places[place].1.whole.clone();
                 let text = match self.document.indent(anchor.start) {
                     Some(indent) => format!("{text}{}{indent}", self.document.line_end()),
@@ -211,13 +224,8 @@ impl Patch<'_> {
         let Some(element) = element else {
             return String::new();
         };
-        let neighbour = state
-            .places
-            .iter()
-            .zip(&state.kept)
-            .find(|(_, kept)| **kept);
-        let indent = match neighbour {
-            Some(((_, part), _)) => self.document.indent(part.whole.start).map(str::to_owned),
+        let indent = match state.first.map(|first| &state.places[first]) {
+            Some((_, part)) => self.document.indent(part.whole.start).map(str::to_owned),
             None => self.inner_indent(part),
         };
         let text = print_element(&element, indent.as_deref().unwrap_or_default());
@@ -241,15 +249,31 @@ fn matched(old: &Value<'_>, new: &Value<'_>) -> Vec<Match> {
         (Value::Texts(old), Value::Texts(new)) => in_order(new.len(), old.len(), |new_at, at| {
             old[at].value == new[new_at].value
         }),
-        (Value::Forms(old), Value::Forms(new)) => {
-            let span = |forms: &dyn Held, at: usize| forms.form(at).map(Form::span);
-            in_order(new.count(), old.count(), |new_at, at| {
-                let here = span(*new, new_at).filter(|span| !span.is_unknown());
-                here.is_some() && here == span(*old, at)
-            })
-        }
+        (Value::Forms(old), Value::Forms(new)) => by_place(*old, *new),
         _ => Vec::new(),
     }
+}
+
+/// Each is the old one with its place, after that of the one before.
+fn by_place(old: &dyn Held, new: &dyn Held) -> Vec<Match> {
+    let span = |forms: &dyn Held, at: usize| {
+        let span = forms.form(at).map(Form::span);
+        span.filter(|span| !span.is_unknown())
+            .map(|span| (span.start, span.end))
+    };
+    let places: HashMap<_, _> = (0..old.count())
+        .rev()
+        .filter_map(|at| Some((span(old, at)?, at)))
+        .collect();
+    let mut from = 0;
+    let find = |new_at| {
+        let found = *places.get(&span(new, new_at)?)?;
+        (found >= from).then(|| {
+            from = found + 1;
+            found
+        })
+    };
+    (0..new.count()).map(find).collect()
 }
 
 /// Each is the first old one that is the same, after that of the one before.
