@@ -16,7 +16,7 @@ use crate::saved::SavedPlan;
 use crate::show::findings;
 
 /// Largest file that is read, in bytes.
-pub const MAX_FILE: u64 = 64 * 1024 * 1024;
+pub const MAX_FILE: u64 = 128 * 1024 * 1024;
 
 /// Which files describe the system.
 #[derive(Debug, Clone, clap::Args)]

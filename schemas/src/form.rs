@@ -3,6 +3,7 @@
 //! Readers, writers and the field reference are generic over [`Form`]. What a type has no field for (unknown elements and
 //! attributes, comments) is kept beside the fields with the order of everything, so that a form alone writes all of it back.
 
+mod allowance;
 mod date;
 mod declare;
 mod extra;
@@ -47,6 +48,8 @@ pub struct FormType {
     pub doc: &'static str,
     /// Its fields, in the order of the schema.
     pub fields: &'static [FieldType],
+    /// Bytes of memory that one takes by itself.
+    pub size: usize,
 }
 
 /// A field.

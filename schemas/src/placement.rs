@@ -100,7 +100,7 @@ pub fn read(key: &Text, value: &Text, faults: &mut Faults) -> Option<Settings> {
         return None;
     };
     let text = Node {
-        value: yaml::Value::Scalar(value.value.clone()),
+        value: yaml::Value::Scalar(value.value.as_str().into()),
         span: value.span,
     };
     let inner = key.value.rsplit('.').take(key.value.matches('.').count());
@@ -114,7 +114,7 @@ fn first(key: &str) -> &str {
 
 fn mapping(key: &str, span: Span, node: Node) -> Node {
     Node {
-        value: yaml::Value::Mapping(vec![(Text::new(key, span), node)]),
+        value: yaml::Value::Mapping([(Text::new(key, span), node)].into()),
         span,
     }
 }

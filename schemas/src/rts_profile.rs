@@ -11,8 +11,9 @@ mod write;
 
 pub use crate::form::Format;
 pub(crate) use lower::{
-    CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind, is_pseudo_set,
-    is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name, unused_name,
+    CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind,
+    is_pseudo_set, is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
+    unused_name,
 };
 pub use lower::{LowerOptions, Places, lower};
 pub use write::{WriteOptions, sayable, write};
@@ -48,11 +49,11 @@ pub struct ReadProfile {
     pub findings: Report,
     /// Instance name → index of its first component.
     instances: HashMap<String, usize>,
-    /// Component → bare port name → index of its first port, for components with many.
-    ports: HashMap<usize, HashMap<String, usize>>,
+    /// Of components with many ports: their ports in the order of their names.
+    ports: HashMap<usize, Vec<u32>>,
 }
 
-/// Ports of a component that are looked through one by one.
+/// Ports that are looked through one by one.
 const FEW_PORTS: usize = 16;
 
 impl ReadProfile {
@@ -67,21 +68,18 @@ impl ReadProfile {
         self.profile.components.get(index)
     }
 
-    /// The port of an instance with this name, bare or not, and its kind; of several the first.
-    pub fn port(&self, instance: &str, name: &str) -> Option<(PortKind, &Port)> {
+    /// The declared port of a component, and its kind; of several the first.
+    pub fn port(&self, instance: &str, port: &str) -> Option<(PortKind, &Port)> {
         let index = *self.instances.get(instance.trim())?;
         let component = self.profile.components.get(index)?;
-        match self.ports.get(&index) {
-            Some(names) => {
-                let at = *names.get(component.bare_port(name))?;
-                let first_service = component.data_ports.len();
-                match at.checked_sub(first_service) {
-                    None => Some((PortKind::Data, component.data_ports.get(at)?)),
-                    Some(at) => Some((PortKind::Service, component.service_ports.get(at)?)),
-                }
-            }
-            None => component.port(name),
-        }
+        let Some(order) = self.ports.get(&index) else {
+            return component.port(port);
+        };
+        let bare = component.bare_port(port);
+        let name = |at: &u32| Some(component.port_name(usize::try_from(*at).ok()?)?.1);
+        let at = order.partition_point(|at| name(at) < Some(bare));
+        let at = order.get(at).filter(|at| name(at) == Some(bare))?;
+        Some(component.port_name(usize::try_from(*at).ok()?)?.0)
     }
 
     /// How the file writes an attribute: `rts:instanceName` in XML, `instanceName` in YAML.
@@ -141,8 +139,8 @@ pub fn patch(document: &Document, old: &Shape, new: &Shape) -> Result<Document, 
 fn shape_of(tree: &Tree) -> Shape {
     let old = match tree {
         Tree::Xml(tree) => {
-            let has = |local: &str| tree.root.elements().any(|e| e.local == local);
-            (has("Component") || tree.root.local == "RTSystemProfile") && !has("Components")
+            let has = |local: &str| tree.root.elements().any(|e| e.local() == local);
+            (has("Component") || tree.root.local() == "RTSystemProfile") && !has("Components")
         }
         Tree::Yaml(node, _) => {
             let version = node.get("version").and_then(yaml::Node::text);
@@ -157,6 +155,22 @@ fn shape_of(tree: &Tree) -> Shape {
     }
 }
 
+fn index_ports(profile: &RtsProfile) -> HashMap<usize, Vec<u32>> {
+    let components = profile.components.iter().enumerate();
+    let many = components.filter(|(_, c)| c.data_ports.len() + c.service_ports.len() > FEW_PORTS);
+    many.map(|(index, component)| {
+        let count = component.data_ports.len() + component.service_ports.len();
+        let mut order: Vec<u32> = (0..count)
+            .filter(|at| component.port_name(*at).is_some())
+            .filter_map(|at| u32::try_from(at).ok())
+            .collect();
+        let name = |at: u32| Some(component.port_name(usize::try_from(at).ok()?)?.1);
+        order.sort_by_key(|at| name(*at));
+        (index, order)
+    })
+    .collect()
+}
+
 fn index(profile: &RtsProfile) -> HashMap<String, usize> {
     let mut instances = HashMap::new();
     for (index, component) in profile.components.iter().enumerate() {
@@ -165,24 +179,6 @@ fn index(profile: &RtsProfile) -> HashMap<String, usize> {
         }
     }
     instances
-}
-
-fn index_ports(profile: &RtsProfile) -> HashMap<usize, HashMap<String, usize>> {
-    let many = profile.components.iter().enumerate().filter(|(_, c)| {
-        let ports = c.data_ports.len() + c.service_ports.len();
-        ports > FEW_PORTS
-    });
-    let names = many.map(|(index, component)| {
-        let mut names = HashMap::new();
-        for (at, (_, port)) in component.ports().enumerate() {
-            if let Some(name) = &port.name {
-                let bare = component.bare_port(&name.value).to_owned();
-                names.entry(bare).or_insert(at);
-            }
-        }
-        (index, names)
-    });
-    names.collect()
 }
 
 /// Reads, checks and lowers a profile, then lays the overlays over it in their order.

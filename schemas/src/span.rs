@@ -1,23 +1,37 @@
 //! Where a piece of text lies in its file, so that a finding can point at it long after the file was read.
 
+use std::ops::Range;
+
 /// A byte range in the decoded text of a file. The default, empty range means "place unknown".
+///
+/// A profile has one for each of its values, so it is kept small: no file that is read has more than 4 GiB of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Span {
     /// First byte.
-    pub start: usize,
+    pub start: u32,
     /// One past the last byte.
-    pub end: usize,
+    pub end: u32,
 }
 
 impl Span {
     /// The range `start..end`.
     pub fn new(start: usize, end: usize) -> Self {
-        Self { start, end }
+        let small = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        Self {
+            start: small(start),
+            end: small(end),
+        }
     }
 
     /// True when the range says nothing.
     pub fn is_unknown(self) -> bool {
         self == Self::default()
+    }
+
+    /// The range of bytes.
+    pub fn range(self) -> Range<usize> {
+        let large = |at: u32| usize::try_from(at).unwrap_or(usize::MAX);
+        large(self.start)..large(self.end)
     }
 }
 

@@ -15,6 +15,7 @@ pub use element::{Attribute, Element, Node, Tree};
 pub use print::{escape_attribute, escape_text, print, print_element};
 pub use write::{Tag, write};
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -109,7 +110,7 @@ pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
             Event::CData(piece) => tree.text(&piece.xml10_content(), span)?,
             Event::GeneralRef(name) => tree.text(&resolve(&name, span)?, span)?,
             Event::Comment(comment) => {
-                tree.push(Node::Comment(comment.xml10_content().into_owned()));
+                tree.push(Node::Comment(comment.xml10_content().into()));
             }
             Event::DocType(_) => return Err(dtd_refused(span)),
             Event::PI(pi) => tree.push(Node::Instruction(line_ends(&pi))),
@@ -124,6 +125,8 @@ pub fn parse_tree(text: &str) -> Result<Tree, XmlError> {
 #[derive(Default)]
 struct Builder {
     open: Vec<Element>,
+    /// Text that may go on.
+    pending: String,
     root: Option<Element>,
     before: Vec<Node>,
     after: Vec<Node>,
@@ -138,7 +141,7 @@ impl Builder {
         let span = Span::new(from, first_line(text, from, to));
         let mut broken = XmlError::malformed(error.to_string(), span);
         broken.help = self.open.last().map(|open| {
-            let line = text[..open.span.start].matches('\n').count() + 1;
+            let line = text[..open.span.range().start].matches('\n').count() + 1;
             format!(
                 "the innermost open element is `<{}>` of line {line}",
                 open.qname
@@ -165,11 +168,13 @@ impl Builder {
                 span: element.span,
             });
         }
+        self.flush();
         self.open.push(element);
         Ok(())
     }
 
     fn close(&mut self) {
+        self.flush();
         if let Some(mut element) = self.open.pop() {
             element.children.shrink_to_fit();
             match self.open.last_mut() {
@@ -179,7 +184,19 @@ impl Builder {
         }
     }
 
+    fn flush(&mut self) {
+        if let Some(parent) = self.open.last_mut()
+            && !self.pending.is_empty()
+        {
+            parent
+                .children
+                .push(Node::Text(self.pending.as_str().into()));
+            self.pending.clear();
+        }
+    }
+
     fn push(&mut self, node: Node) {
+        self.flush();
         match self.open.last_mut() {
             Some(parent) => parent.children.push(node),
             None if self.root.is_none() => self.before.push(node),
@@ -188,7 +205,7 @@ impl Builder {
     }
 
     fn text(&mut self, piece: &str, span: Span) -> Result<(), XmlError> {
-        let Some(parent) = self.open.last_mut() else {
+        if self.open.is_empty() {
             let blank = piece.trim().trim_matches(['\0', '\u{feff}']).is_empty();
             return if blank {
                 Ok(())
@@ -198,11 +215,8 @@ impl Builder {
                     span,
                 ))
             };
-        };
-        match parent.children.last_mut() {
-            Some(Node::Text(text)) => text.push_str(piece),
-            _ => parent.children.push(Node::Text(piece.to_owned())),
         }
+        self.pending.push_str(piece);
         Ok(())
     }
 
@@ -231,14 +245,17 @@ fn element(
     span: Span,
     names: &mut HashSet<Arc<str>>,
 ) -> Result<Element, XmlError> {
-    let (namespace, local) = reader.resolver().resolve_element(start.name());
+    let (namespace, _) = reader.resolver().resolve_element(start.name());
+    let std::ops::Range {
+        start: start_at,
+        end,
+    } = span.range();
     let mut element = Element {
         namespace: bound(namespace, span, names)?,
-        local: local.into_inner().to_owned(),
-        qname: start.name().into_inner().to_owned(),
+        qname: start.name().into_inner().into(),
         attributes: Vec::new(),
         children: Vec::new(),
-        span: Span::new(span.start, first_line(text, span.start, span.end)),
+        span: Span::new(start_at, first_line(text, start_at, end)),
     };
     for attribute in start.attributes() {
         if element.attributes.len() >= ATTRIBUTE_LIMIT {
@@ -255,15 +272,15 @@ fn element(
         let value = attribute
             .normalized_value(XmlVersion::Implicit1_0)
             .map_err(|error| XmlError::malformed(error.to_string(), place))?;
-        let (namespace, local) = reader.resolver().resolve_attribute(attribute.key);
+        let (namespace, _) = reader.resolver().resolve_attribute(attribute.key);
         element.attributes.push(Attribute {
             namespace: bound(namespace, place, names)?,
-            local: local.into_inner().to_owned(),
-            qname: attribute.key.into_inner().to_owned(),
-            value: value.into_owned(),
+            qname: attribute.key.into_inner().into(),
+            value: value.into(),
             span: place,
         });
     }
+    element.attributes.shrink_to_fit();
     Ok(element)
 }
 
@@ -273,12 +290,10 @@ fn bound(
     names: &mut HashSet<Arc<str>>,
 ) -> Result<Arc<str>, XmlError> {
     let name = match &result {
-        ResolveResult::Bound(namespace) => namespace.0,
-        _ => "",
+        ResolveResult::Bound(namespace) => unescaped(namespace.0, span)?,
+        _ => Cow::Borrowed(""),
     };
-    let unescaped = quick_xml::escape::unescape(name)
-        .map_err(|error| XmlError::malformed(error.to_string(), span))?;
-    let name = &*unescaped;
+    let name = &*name;
     match result {
         _ if name.len() > NAMESPACE_LIMIT => Err(XmlError {
             code: "too-long",
@@ -305,14 +320,28 @@ fn bound(
 }
 
 /// Line ends as XML has them, whatever the file has.
-fn line_ends(text: &str) -> String {
-    text.replace("\r\n", "\n").replace('\r', "\n")
+fn line_ends(text: &str) -> Box<str> {
+    match text.contains('\r') {
+        true => text.replace("\r\n", "\n").replace('\r', "\n").into(),
+        false => text.into(),
+    }
 }
 
 /// True for a text of nothing but what XML calls blanks: others, as the wide one of Japanese, are letters to it.
 pub fn is_blank(text: &str) -> bool {
     text.bytes()
         .all(|byte| matches!(byte, b' ' | b'\t' | b'\r' | b'\n'))
+}
+
+/// The name of a namespace is the value of an attribute, but comes as it is written.
+fn unescaped(raw: &str, span: Span) -> Result<Cow<'_, str>, XmlError> {
+    if !raw.contains(['&', '\t', '\r', '\n']) {
+        return Ok(Cow::Borrowed(raw));
+    }
+    let line = raw.replace("\r\n", " ").replace(['\t', '\r', '\n'], " ");
+    quick_xml::escape::unescape(&line)
+        .map(|text| Cow::Owned(text.into_owned()))
+        .map_err(|error| XmlError::malformed(error.to_string(), span))
 }
 
 /// The text of `&name;`: the five of XML, and characters by number.

@@ -1,24 +1,32 @@
-//! YAML text → tree with byte places. The one file that names the YAML crate.
+//! YAML text → tree with byte places, and values → text. The one file that names the YAML crates.
 //!
-//! The crate gives values without places, so a second pass finds each key and scalar again in the text, in the order
-//! of the file. Scalars keep the spelling of the file (`1.10`, `0.2`), since a profile's values are texts.
+//! The parser gives one event after the other, so the tree is the only thing that is kept. Scalars keep the spelling of
+//! the file (`1.10`, `0.2`), since a profile's values are texts.
 
+mod build;
+mod characters;
 mod comments;
-mod locate;
+mod density;
 
 pub use comments::first_comment;
 
-use crate::diagnostic::{Finding, Place, Source};
+use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span as Range, Tag};
+
+use crate::diagnostic::{Finding, Source};
 use crate::span::{Span, Text};
 
-use locate::Locator;
+use build::{Builder, Fault};
+use characters::Cursor;
+
+/// Deepest nesting of lists and mappings that is read.
+pub const DEPTH_LIMIT: usize = 128;
 
 /// A YAML value with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Node {
     /// The value.
     pub value: Value,
-    /// First token of the value; unknown in a file that uses aliases.
+    /// First token of the value, without quotes; of an alias the alias.
     pub span: Span,
 }
 
@@ -28,21 +36,52 @@ pub enum Value {
     /// `null`, `~` or nothing.
     Null,
     /// A text, number or truth value, as the file spells it.
-    Scalar(String),
+    Scalar(Box<str>),
     /// A list.
-    Sequence(Vec<Node>),
+    Sequence(Box<[Node]>),
     /// Keys and values in the order of the file; keys are unique.
-    Mapping(Vec<(Text, Node)>),
+    Mapping(Box<[(Text, Node)]>),
 }
 
 /// Reads a YAML document.
 ///
 /// # Errors
-/// `malformed-yaml` with the place that the parser names: syntax, duplicate key, more than one document.
+/// `malformed-yaml` with the place that the parser names: syntax, duplicate key, more than one document. `too-deep` and
+/// `too-dense` where a file would cost much more than its size.
 pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
-    let value: serde_yaml::Value =
-        serde_yaml::from_str(source.text()).map_err(|error| malformed(source, &error))?;
-    Ok(Locator::new(source.text()).node(&value))
+    let text = source.text();
+    if let Some((at, c)) = text.char_indices().find(|(_, c)| !is_readable(*c)) {
+        let message = format!(
+            "the control character U+{:04X} is not allowed",
+            u32::from(c)
+        );
+        let place = source.place(at, at + 1);
+        let finding = Finding::error("malformed-yaml", message).at(Some(place));
+        return Err(Box::new(
+            finding.help("remove it, or write it as `\"\\x…\"`"),
+        ));
+    }
+    if density::is_too_dense(text) {
+        let message = "the brackets of the file hold more values than a file of its size can have";
+        let finding = Finding::error("too-dense", message);
+        return Err(Box::new(finding.help("is this the right file?")));
+    }
+    let mut cursor = Cursor::new(text);
+    let mut builder = Builder::new(text);
+    let mut documents = 0;
+    for event in Parser::new_from_str(text) {
+        let (event, range) = event.map_err(|error| malformed(source, &error))?;
+        if matches!(event, Event::DocumentStart(_)) {
+            documents += 1;
+        }
+        let span = place_of(text, &event, range, &mut cursor);
+        if documents > 1 {
+            let fault = Fault::malformed("the file holds more than one YAML document", span);
+            return Err(fault.finding(source));
+        }
+        take(event, span, &mut builder).map_err(|fault| fault.finding(source))?;
+    }
+    Ok(builder.finish())
 }
 
 /// The text of a value: keys in alphabetical order, texts quoted where they need it.
@@ -51,48 +90,72 @@ pub fn print(value: &serde_json::Value) -> String {
     serde_yaml::to_string(value).unwrap_or_default()
 }
 
-fn malformed(source: &Source, error: &serde_yaml::Error) -> Box<Finding> {
-    let message = error.to_string();
-    let place = error.location().map(|at| {
-        duplicate_key(&message)
-            .and_then(|key| second_key(source, key, at.line(), at.column()))
-            .unwrap_or_else(|| source.place_at(at.line(), at.column()))
-    });
-    // The place is shown by the finding; said twice it only blurs the message.
-    let message = match message.split_once(" at line ") {
-        Some((what, _)) => what.to_owned(),
-        None => message,
-    };
-    Box::new(Finding::error("malformed-yaml", message).at(place))
+fn take(event: Event<'_>, span: Span, builder: &mut Builder) -> Result<(), Fault> {
+    match event {
+        Event::Scalar(text, style, anchor, tag) => {
+            let is_text = style != ScalarStyle::Plain || tag.is_some_and(|tag| is_str(&tag));
+            let is_null = !is_text && matches!(&*text, "" | "~" | "null" | "Null" | "NULL");
+            let value = match is_null && !builder.wants_key() {
+                true => Value::Null,
+                false => Value::Scalar(text.into()),
+            };
+            builder.value(Node { value, span }, anchor)
+        }
+        Event::SequenceStart(anchor, _) => builder.open(false, anchor, span),
+        Event::MappingStart(anchor, _) => builder.open(true, anchor, span),
+        Event::SequenceEnd | Event::MappingEnd => builder.close(),
+        Event::Alias(anchor) => builder.alias(anchor, span),
+        Event::DocumentStart(_)
+        | Event::DocumentEnd
+        | Event::StreamStart
+        | Event::StreamEnd
+        | Event::Nothing => Ok(()),
+    }
 }
 
-fn duplicate_key(message: &str) -> Option<&str> {
-    let (_, key) = message.split_once("duplicate entry with key \"")?;
-    key.split('"').next()
+fn is_str(tag: &Tag) -> bool {
+    tag.is_yaml_core_schema() && tag.suffix == "str"
 }
 
-/// The parser names the start of the mapping; the mistake is where its key stands for the second time.
-fn second_key(source: &Source, key: &str, line: usize, column: usize) -> Option<Place> {
-    let is_key = |text: &str| {
-        let indent: usize = text
-            .char_indices()
-            .nth(column.checked_sub(1)?)
-            .map(|(at, _)| at)?;
-        let (before, rest) = text.split_at(indent);
-        let blank = before.chars().all(|c| c == ' ' || c == '-');
-        let rest = rest.trim_start_matches(['"', '\'']).strip_prefix(key)?;
-        let colon = rest.trim_start_matches(['"', '\'', ' ']).starts_with(':');
-        (blank && colon).then_some(())
-    };
-    let lines = source
-        .text()
-        .lines()
-        .enumerate()
-        .skip(line.saturating_sub(1));
-    let (index, _) = lines.filter(|(_, text)| is_key(text).is_some()).nth(1)?;
-    let mut place = source.place_at(index + 1, column);
-    place.length = key.chars().count().max(1);
-    Some(place)
+/// The bytes of an event: a text without its quotes, the first token of a list or mapping.
+fn place_of(text: &str, event: &Event<'_>, range: Range, cursor: &mut Cursor<'_>) -> Span {
+    let start = cursor.byte(range.start.index());
+    match event {
+        Event::Scalar(_, style, ..) => {
+            let end = cursor.byte(range.end.index()).max(start);
+            match style {
+                ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted if end >= start + 2 => {
+                    Span::new(start + 1, end - 1)
+                }
+                _ => Span::new(start, end),
+            }
+        }
+        Event::Alias(_) => Span::new(start, cursor.byte(range.end.index())),
+        Event::SequenceStart(..) | Event::MappingStart(..) => {
+            Span::new(start, token_end(text, start))
+        }
+        _ => Span::new(start, start),
+    }
+}
+
+/// Where the token ends that starts there; of a long one as much as can be shown.
+fn token_end(text: &str, start: usize) -> usize {
+    const LONGEST: usize = 64;
+    let end = text.floor_char_boundary((start + LONGEST).min(text.len()));
+    let piece = text.get(start..end).unwrap_or_default();
+    let ends = |c: char| c.is_whitespace() || matches!(c, ',' | '}' | ']');
+    start + piece.find(ends).unwrap_or(piece.len())
+}
+
+/// True for what YAML calls printable; the parser takes U+0000 for the end of the file.
+fn is_readable(c: char) -> bool {
+    !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{7f}')
+}
+
+fn malformed(source: &Source, error: &ScanError) -> Box<Finding> {
+    let at = error.marker();
+    let place = source.place_at(at.line(), at.col() + 1);
+    Box::new(Finding::error("malformed-yaml", error.info()).at(Some(place)))
 }
 
 impl Node {
@@ -109,19 +172,16 @@ impl Node {
     /// # Errors
     /// The node itself.
     pub fn take(self, key: &str) -> Result<(Text, Self), Self> {
-        let at = self
-            .entries()
-            .iter()
-            .position(|(name, _)| name.value == key);
-        match (at, self) {
-            (
-                Some(at),
-                Self {
-                    value: Value::Mapping(mut entries),
-                    ..
-                },
-            ) => Ok(entries.swap_remove(at)),
-            (_, node) => Err(node),
+        let Value::Mapping(entries) = self.value else {
+            return Err(self);
+        };
+        let mut entries = entries.into_vec();
+        match entries.iter().position(|(name, _)| name.value == key) {
+            Some(at) => Ok(entries.swap_remove(at)),
+            None => Err(Self {
+                value: Value::Mapping(entries.into()),
+                span: self.span,
+            }),
         }
     }
 
@@ -144,7 +204,7 @@ impl Node {
     /// The text of a scalar; `None` for other nodes and for null.
     pub fn text(&self) -> Option<Text> {
         match &self.value {
-            Value::Scalar(text) => Some(Text::new(text.clone(), self.span)),
+            Value::Scalar(text) => Some(Text::new(&**text, self.span)),
             _ => None,
         }
     }
@@ -160,11 +220,6 @@ impl Node {
     }
 }
 
-/// The number or truth value that a plain scalar is spelled as, if `raw` spells exactly that.
-fn spells(raw: &str, value: &serde_yaml::Value) -> bool {
-    serde_yaml::from_str::<serde_yaml::Value>(raw).is_ok_and(|other| other == *value)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,7 +229,7 @@ mod tests {
     }
 
     fn at(text: &str, node: &Node) -> String {
-        text[node.span.start..node.span.end].to_owned()
+        text[node.span.range()].to_owned()
     }
 
     #[test]
@@ -198,14 +253,28 @@ mod tests {
             let place = finding.place.unwrap();
             format!("{}:{} {}", place.line, place.column, finding.message)
         };
-        insta::assert_snapshot!(fault("b:\n  - a: 1\n    c: 0\n    a: 2\n"), @r#"4:5 b[0]: duplicate entry with key "a""#);
-        insta::assert_snapshot!(fault("a: [1,\nb: }"), @"2:4 did not find expected node content");
+        insta::assert_snapshot!(fault("b:\n  - a: 1\n    c: 0\n    a: 2\n"), @r#"4:5 duplicate entry with key "a""#);
+        insta::assert_snapshot!(fault("a: [1,\n  b: }"), @"2:1 while parsing a flow sequence, expected ',' or ']'");
     }
 
     #[test]
-    fn aliases_have_no_place() {
-        let root = read("a: &x 1\nb: *x\n");
-        assert!(root.get("b").unwrap().span.is_unknown());
-        assert_eq!(root.get("b").unwrap().text().unwrap().value, "1");
+    fn brackets_may_end_at_the_left_margin() {
+        for text in [
+            "a: {\n  b: 1\n}\nc: 2\n",
+            "a: [\n  1,\n]\nc: 2\n",
+            "a:\n  - [\n    1,\n  ]\nc: 2\n",
+            "{\n\t\"a\": [\n\t1\n\t],\n\"c\": 2}\n",
+        ] {
+            assert_eq!(read(text).get("c").unwrap().text().unwrap().value, "2");
+        }
+    }
+
+    #[test]
+    fn aliases_have_their_place() {
+        let text = "a: &x [1]\nb: *x\n";
+        let root = read(text);
+        let b = root.get("b").unwrap();
+        assert_eq!(at(text, b), "*x");
+        assert_eq!(b.items(), root.get("a").unwrap().items());
     }
 }

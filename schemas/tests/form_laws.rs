@@ -200,13 +200,13 @@ proptest! {
         let words = &rts_profile::forms::WORDS;
         let text = noisy::<Profile>(&form, &noise, words);
         changed::<Profile>(&text, words, |profile| {
-            let (here, tape) = (profile.span.start, &mut Tape::new(&edit));
+            let (here, tape) = (profile.span.range().start, &mut Tape::new(&edit));
             match tape.choose(3) {
                 0 => moved(&mut profile.components, here, tape),
                 1 => moved(&mut profile.data_port_connectors, here, tape),
                 _ => {
                     let component = profile.components.first_mut()?;
-                    let here = component.span.start;
+                    let here = component.span.range().start;
                     moved(&mut component.properties, here, tape)
                 }
             }

@@ -284,16 +284,16 @@ fn tape(seed: u32) -> Vec<u8> {
 fn changed(new: &mut Any, tape: &mut Tape<'_>, round: u32) -> Option<Change> {
     match new {
         Any::Rts(Shape::V02(profile)) if round == 0 => {
-            let here = profile.span.start;
+            let here = profile.span.range().start;
             moved(&mut profile.components, here, tape)
         }
         Any::Rts(Shape::V02(profile)) if round == 1 => {
-            let here = profile.span.start;
+            let here = profile.span.range().start;
             moved(&mut profile.data_port_connectors, here, tape)
         }
         Any::Rts(Shape::V02(profile)) if round == 2 => {
             let component = profile.components.first_mut()?;
-            let here = component.span.start;
+            let here = component.span.range().start;
             moved(&mut component.data_ports, here, tape)
         }
         any => change(any.form_mut(), tape),

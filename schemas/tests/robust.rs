@@ -257,8 +257,9 @@ fn hostile_files_are_refused_at_once() {
     });
     for (text, code) in [
         (deep_xml, "too-deep"),
-        (deep_yaml, "malformed-yaml"),
-        (laughs, "malformed-yaml"),
+        (deep_yaml, "too-dense"),
+        ("[".repeat(200), "too-deep"),
+        (laughs, "too-dense"),
     ] {
         let report = load("f", text.as_bytes(), None, &[]).unwrap_err();
         assert_eq!(report.findings[0].code, code);

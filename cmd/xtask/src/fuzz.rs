@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use crate::{project, tools};
 
 /// Seconds per target in the tests.
-const SHORT: u32 = 8;
+const SHORT: u32 = 5;
 
 /// Arguments of `cargo xtask fuzz`.
 #[derive(Debug, clap::Args)]

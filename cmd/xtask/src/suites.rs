@@ -104,6 +104,7 @@ fn report(budget: &Budget, rows: &[(&str, Duration)], total: Duration) -> Result
 fn install_tools() -> Result<()> {
     tools::cargo_tool("deny")?;
     tools::cargo_tool("fuzz")?;
+    tools::reference()?;
     Ok(())
 }
 
@@ -155,6 +156,9 @@ fn tests() -> Result<()> {
     }
     // The same cases every time: a test that fails now and then says nothing of the change that it meets.
     command.env("PROPTEST_RNG_SEED", SEED);
+    if let Some(python) = tools::reference()? {
+        command.env("RTSCTL_REFERENCE", python);
+    }
     project::run(command.env("INSTA_UPDATE", "no"))
 }
 

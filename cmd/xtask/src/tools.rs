@@ -83,6 +83,34 @@ fn from_pypi(name: &str, home: &Path) -> Result<()> {
     project::run(project::command(home.join("bin/pip")).args(["install", "-q", &package]))
 }
 
+/// What the Python of the reference library needs.
+const REFERENCE: [&str; 3] = ["rtsprofile-aist==4.1.6", "pyyaml", "lxml"];
+
+/// A Python with the reference library for RTS Profiles: that of `RTSCTL_REFERENCE`, else one of our own in the target
+/// folder. `None`, and said so, where PyPI cannot be reached.
+pub fn reference() -> Result<Option<PathBuf>> {
+    if let Some(python) = std::env::var_os("RTSCTL_REFERENCE") {
+        return Ok(Some(python.into()));
+    }
+    let home = project::target().join("tools/reference");
+    let python = home.join("bin/python");
+    let has_all = |python: &Path| {
+        let probe = ["-c", "import rtsprofile, yaml, lxml.etree"];
+        answers(project::command(python).args(probe))
+    };
+    if has_all(&python) {
+        return Ok(Some(python));
+    }
+    project::run(project::command("python3").args(["-m", "venv"]).arg(&home))?;
+    let mut pip = project::command(home.join("bin/pip"));
+    pip.args(["install", "-q", "--retries", "1"]);
+    if project::run(pip.args(REFERENCE)).is_err() || !has_all(&python) {
+        println!("the reference library cannot be had from PyPI: its tests are SKIPPED");
+        return Ok(None);
+    }
+    Ok(Some(python))
+}
+
 /// A program on the path.
 pub fn find(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;

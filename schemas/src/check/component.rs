@@ -146,6 +146,7 @@ pub(super) fn foreign_prefix<'a>(
     port: &str,
 ) -> Option<&'a str> {
     let own = component.instance_name.as_ref().map_or("", Text::trimmed);
+    // No instance name is longer.
     port.match_indices('.')
         .take_while(|(dot, _)| *dot <= names::NAME_LIMIT)
         .filter_map(|(dot, _)| check.read.component(&port[..dot])?.instance_name.as_ref())

@@ -213,6 +213,9 @@ fn unknown_port(
         check.error("instance-prefix", message, span, help);
         return;
     }
+    if check.sink.is_full() {
+        return;
+    }
     let declared: Vec<&str> = component
         .ports()
         .filter(|(found, _)| *found == kind)

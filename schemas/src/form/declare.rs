@@ -32,6 +32,7 @@ macro_rules! profile_form {
                 static TYPE: $crate::form::FormType = $crate::form::FormType {
                     name: stringify!($name),
                     doc: concat!($($doc, "\n"),*),
+                    size: size_of::<$name>(),
                     fields: &[$(
                         $crate::form::FieldType {
                             name: stringify!($field),

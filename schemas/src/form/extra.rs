@@ -22,6 +22,35 @@ pub struct Beside {
     pub node_order: Vec<Place>,
     /// Keys of YAML without a field.
     pub keys: Vec<(Text, yaml::Node)>,
+    /// Names that are not the usual ones, by the number in [`Place::Spelled`].
+    pub spellings: Vec<Box<str>>,
+}
+
+impl Beside {
+    /// How the file writes the name of a field there, when that is not the usual name.
+    pub fn spelling(&self, place: Place) -> Option<&str> {
+        match place {
+            Place::Spelled(_, number, _) => {
+                self.spellings.get(usize::from(number)).map(|name| &**name)
+            }
+            Place::Field(..) | Place::Other => None,
+        }
+    }
+
+    /// The place of a field under a name of its own. An element has few such names: of more than 255 the usual is kept.
+    pub fn spell(&mut self, field: u16, start: u32, name: &str) -> Place {
+        let known = self.spellings.iter().position(|known| **known == *name);
+        let number = known.unwrap_or(self.spellings.len());
+        match u8::try_from(number) {
+            Ok(number) => {
+                if known.is_none() {
+                    self.spellings.push(name.into());
+                }
+                Place::Spelled(field, number, start)
+            }
+            Err(_) => Place::Field(field, start),
+        }
+    }
 }
 
 static NOTHING: Beside = Beside {
@@ -30,6 +59,7 @@ static NOTHING: Beside = Beside {
     strays: Vec::new(),
     node_order: Vec::new(),
     keys: Vec::new(),
+    spellings: Vec::new(),
 };
 
 impl Extra {
@@ -41,6 +71,11 @@ impl Extra {
     /// The same, to change.
     pub fn edit(&mut self) -> &mut Beside {
         self.0.get_or_insert_default()
+    }
+
+    /// True when there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_none()
     }
 
     /// The same beside a form of another type. The order is that of the other type's schema; what has no field stays
@@ -66,10 +101,15 @@ impl Extra {
                 Place::Field(at, _) => std::mem::replace(&mut last, at) <= at,
                 Place::Spelled(..) | Place::Other => false,
             });
-            if usual {
-                *order = Vec::new();
+            match usual {
+                true => *order = Vec::new(),
+                false => order.shrink_to_fit(),
             }
         }
+        beside.attributes.shrink_to_fit();
+        beside.strays.shrink_to_fit();
+        beside.keys.shrink_to_fit();
+        beside.spellings.shrink_to_fit();
         if **beside == NOTHING {
             self.0 = None;
         }
@@ -91,8 +131,9 @@ fn moved(order: Vec<Place>, from: &FormType, to: &FormType) -> Vec<Place> {
             continue;
         };
         let place = match place {
-            Place::Spelled(_, name) if same => Place::Spelled(new, name),
-            _ => Place::Field(new),
+            Place::Spelled(_, number, start) if same => Place::Spelled(new, number, start),
+            Place::Spelled(_, _, start) | Place::Field(_, start) => Place::Field(new, start),
+            Place::Other => Place::Other,
         };
         let mut group = std::mem::take(&mut others);
         group.push(place);
@@ -109,20 +150,20 @@ pub enum Stray {
     /// An element that has no field here.
     Element(Box<Element>),
     /// A comment.
-    Comment(String),
+    Comment(Box<str>),
     /// A processing instruction.
-    Instruction(String),
+    Instruction(Box<str>),
     /// Text that is not blank.
-    Text(String),
+    Text(Box<str>),
 }
 
 /// One thing in an order.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// The next value of the field with this index, and where it started in the file.
     Field(u16, u32),
-    /// The same, under a name that is not the usual one: another prefix, or none.
-    Spelled(u16, u32, Box<str>),
+    /// The same, under a name that is not the usual one (another prefix, or none): its number in `spellings`.
+    Spelled(u16, u8, u32),
     /// The next one without a field.
     Other,
 }
@@ -137,26 +178,24 @@ impl Place {
     }
 
     /// Where it started in the file.
-    pub fn start(&self) -> Option<usize> {
+    pub fn start(self) -> Option<u32> {
         match self {
-            Self::Field(_, start) | Self::Spelled(_, start, _) if *start != NOWHERE => {
-                usize::try_from(*start).ok()
-            }
+            Self::Field(_, start) | Self::Spelled(.., start) if start != NOWHERE => Some(start),
             _ => None,
         }
     }
 
     pub(super) fn forget_start(&mut self) {
         match self {
-            Self::Field(_, start) | Self::Spelled(_, start, _) => *start = NOWHERE,
+            Self::Field(_, start) | Self::Spelled(.., start) => *start = NOWHERE,
             Self::Other => {}
         }
     }
 
     /// Index of the field.
-    pub fn field(&self) -> Option<usize> {
+    pub fn field(self) -> Option<usize> {
         match self {
-            Self::Field(at, _) | Self::Spelled(at, ..) => Some(usize::from(*at)),
+            Self::Field(at, _) | Self::Spelled(at, ..) => Some(usize::from(at)),
             Self::Other => None,
         }
     }

@@ -21,7 +21,7 @@ pub struct Around {
     /// Comments and instructions after it.
     pub after: Vec<Node>,
     /// Its name, when it is not the usual one.
-    pub qname: Option<String>,
+    pub qname: Option<Box<str>>,
 }
 
 /// The text of a whole profile: one element or key a line, indented, in UTF-8. What it is printed from is the form alone.

@@ -29,12 +29,12 @@ pub(super) fn node_order(form: &dyn Form, read: &[Place], others: usize) -> Vec<
             let kept = own[..count].iter().copied().map(Some).collect();
             return Own::all(kept, starts.len());
         }
-        let mut by_start: Vec<(usize, usize)> = own
+        let mut by_start: Vec<(u32, usize)> = own
             .iter()
             .filter_map(|index| Some((read[*index].start()?, *index)))
             .collect();
         by_start.sort_unstable();
-        let find = |start: &Option<usize>| {
+        let find = |start: &Option<u32>| {
             let at = by_start.binary_search_by_key(&(*start)?, |(start, _)| *start);
             Some(by_start[at.ok()?].1)
         };
@@ -66,7 +66,7 @@ impl Own {
 }
 
 /// Where each value of a field started in the file; nothing for a new one.
-fn starts(value: &Value<'_>) -> Vec<Option<usize>> {
+fn starts(value: &Value<'_>) -> Vec<Option<u32>> {
     let start = |span: crate::span::Span| (!span.is_unknown()).then_some(span.start);
     match value {
         Value::Text(text) => text.iter().map(|text| start(text.span)).collect(),
@@ -107,7 +107,7 @@ fn merged(
                 continue;
             }
             // What was moved keeps its spelling.
-            let place = known.map_or(Place::fresh(at), |index| read[index].clone());
+            let place = known.map_or(Place::fresh(at), |index| read[index]);
             match last.and_then(|last| around[last].as_mut()) {
                 Some([_, after]) => after.push(place),
                 None => before.push(place),
@@ -127,7 +127,7 @@ fn merged(
             }
             (Some(_), Some([before, after])) => {
                 order.extend(before);
-                order.push(place.clone());
+                order.push(*place);
                 order.extend(after);
             }
             _ => {}

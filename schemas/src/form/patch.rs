@@ -136,7 +136,7 @@ impl Patch<'_> {
             if !field.kind.is_attribute() {
                 continue;
             }
-            let name = self.name(field, at, true);
+            let name = self.name(field, true);
             if let Some(prefix) = &name.new_prefix {
                 self.scope.declare(prefix, &name.namespace);
                 let declaration = declaration(prefix, &name.namespace);
@@ -147,8 +147,8 @@ impl Patch<'_> {
         added
     }
 
-    fn name(&self, field: &FieldType, at: usize, attribute: bool) -> Name {
-        Name::of(field, &Place::fresh(at), attribute, &self.scope, self.words)
+    fn name(&self, field: &FieldType, attribute: bool) -> Name {
+        Name::of(field, None, attribute, &self.scope, self.words)
     }
 
     fn stranger(&self, part: &Part) -> EditError {

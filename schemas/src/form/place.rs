@@ -111,15 +111,14 @@ impl Scope {
 
 /// `xmlns:prefix="namespace"`.
 pub(super) fn declaration(prefix: &str, namespace: &str) -> Attribute {
-    let (qname, local) = match prefix {
-        "" => ("xmlns".to_owned(), "xmlns".to_owned()),
-        prefix => (format!("xmlns:{prefix}"), prefix.to_owned()),
+    let qname = match prefix {
+        "" => "xmlns".into(),
+        prefix => format!("xmlns:{prefix}").into(),
     };
     Attribute {
         namespace: if prefix.is_empty() { "" } else { XMLNS }.into(),
-        local,
         qname,
-        value: namespace.to_owned(),
+        value: namespace.into(),
         span: Span::default(),
     }
 }

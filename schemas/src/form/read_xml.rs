@@ -1,63 +1,105 @@
 //! Element tree → form.
 
-use super::{FieldKind, FieldType, Form, Place, Slot, Stray, Vocabulary};
-use crate::span::Span;
+use super::allowance::Allowance;
+use super::{Beside, FieldKind, FieldType, Form, Place, Slot, Stray, Vocabulary};
 use crate::span::Text;
 use crate::xml::{Attribute, Element, Node, is_blank};
 
 /// Fills a form from an element; what has no field is kept beside.
 pub fn read_element(from: Element, form: &mut dyn Form, words: &Vocabulary) {
-    read(from, form, words, false);
+    read_some(from, form, words, &mut Allowance::unlimited());
+}
+
+/// As [`read_element`], until the allowance is spent.
+pub(super) fn read_some(
+    from: Element,
+    form: &mut dyn Form,
+    words: &Vocabulary,
+    allowance: &mut Allowance,
+) {
+    read(from, form, words, false, allowance);
 }
 
 /// `preserved`: blanks are no layout here (`xml:space`).
-fn read(from: Element, form: &mut dyn Form, words: &Vocabulary, preserved: bool) {
+fn read(
+    from: Element,
+    form: &mut dyn Form,
+    words: &Vocabulary,
+    preserved: bool,
+    allowance: &mut Allowance,
+) {
     let preserved = from.preserves_blanks().unwrap_or(preserved);
     form.stand(from.span);
     for attribute in from.attributes {
         read_attribute(attribute, form, words);
     }
-    reserve(&from.children, form);
-    for node in from.children {
-        read_child(node, form, words, preserved);
+    let fields: Vec<Option<u16>> = from
+        .children
+        .iter()
+        .map(|node| child_field(form, node))
+        .collect();
+    if !reserve(&fields, form, allowance) {
+        return;
+    }
+    for (node, at) in from.children.into_iter().zip(fields) {
+        if allowance.is_spent() {
+            return;
+        }
+        read_child(node, at, form, words, preserved, allowance);
     }
     form.extra_mut().tidy();
+    if !form.extra().is_empty() {
+        allowance.take(1, size_of::<Beside>());
+    }
+}
+
+/// The field of a child element.
+fn child_field(form: &dyn Form, node: &Node) -> Option<u16> {
+    let Node::Element(element) = node else {
+        return None;
+    };
+    let mut fields = form.form_type().fields.iter();
+    let at = fields.position(|f| {
+        !f.kind.is_attribute() && f.local == element.local() && *f.namespace == *element.namespace
+    })?;
+    u16::try_from(at).ok()
 }
 
 /// Room for exactly what comes: a growing list would take up to three times as much.
-fn reserve(children: &[Node], form: &mut dyn Form) {
+fn reserve(children: &[Option<u16>], form: &mut dyn Form, allowance: &mut Allowance) -> bool {
     let fields = form.form_type().fields;
-    for (at, field) in fields.iter().enumerate() {
-        if !matches!(field.kind, FieldKind::Some(_) | FieldKind::Many(_)) {
+    let mut counts = vec![0_usize; fields.len()];
+    for at in children.iter().flatten() {
+        counts[usize::from(*at)] += 1;
+    }
+    for (at, count) in counts.into_iter().enumerate().filter(|(_, n)| *n > 0) {
+        let Some(of) = fields[at].kind.form_type() else {
             continue;
+        };
+        if !allowance.take(count, of.size) {
+            return false;
         }
-        let is_own = |node: &&Node| matches!(node, Node::Element(e) if e.local == field.local);
-        let count = children.iter().filter(is_own).count();
-        if count > 0
-            && let Some(Slot::Forms(slot)) = form.slot(at)
-        {
+        if let Some(Slot::Forms(slot)) = form.slot(at) {
             slot.reserve(count);
         }
     }
+    true
 }
 
 fn read_attribute(attribute: Attribute, form: &mut dyn Form, words: &Vocabulary) {
     let fields = form.form_type().fields;
     let at = attribute_field(fields, &attribute, words);
     if let Some(at) = at
-        && let Some(Slot::Text(slot @ None)) = form.slot(at)
+        && let Some(Slot::Text(slot @ None)) = form.slot(usize::from(at))
     {
         *slot = Some(Text::new(attribute.value, attribute.span));
-        let own = *attribute.namespace == *fields[at].namespace;
-        let place = place(
-            at,
-            &fields[at],
-            &attribute.qname,
-            own,
-            Span::default(),
-            words,
-        );
-        form.extra_mut().edit().attribute_order.push(place);
+        let own = *attribute.namespace == *fields[usize::from(at)].namespace;
+        let beside = form.extra_mut().edit();
+        let place = match own && is_usual(&fields[usize::from(at)], &attribute.qname, words) {
+            true => Place::Field(at, 0),
+            false => beside.spell(at, 0, &attribute.qname),
+        };
+        beside.attribute_order.push(place);
     } else {
         let beside = form.extra_mut().edit();
         beside.attributes.push(attribute);
@@ -66,49 +108,42 @@ fn read_attribute(attribute: Attribute, form: &mut dyn Form, words: &Vocabulary)
 }
 
 /// The field of an attribute: in its own namespace, or, as hand-written files have it, in none or a related one.
-fn attribute_field(
-    fields: &[FieldType],
-    attribute: &Attribute,
-    words: &Vocabulary,
-) -> Option<usize> {
-    let named = |f: &FieldType| f.kind.is_attribute() && f.local == attribute.local;
+fn attribute_field(fields: &[FieldType], attribute: &Attribute, words: &Vocabulary) -> Option<u16> {
+    let named = |f: &FieldType| f.kind.is_attribute() && f.local == attribute.local();
     let related = attribute.namespace.is_empty() || words.knows(&attribute.namespace);
-    fields
+    let at = fields
         .iter()
         .position(|f| named(f) && *f.namespace == *attribute.namespace)
-        .or_else(|| fields.iter().position(|f| related && named(f)))
+        .or_else(|| fields.iter().position(|f| related && named(f)))?;
+    u16::try_from(at).ok()
 }
 
-fn place(
-    at: usize,
-    field: &FieldType,
-    qname: &str,
-    own: bool,
-    span: Span,
+/// True when a name is written as this program writes it.
+fn is_usual(field: &FieldType, qname: &str, words: &Vocabulary) -> bool {
+    qname.split_once(':').is_some_and(|(prefix, local)| {
+        local == field.local && words.prefix(field.namespace) == prefix
+    })
+}
+
+fn read_child(
+    node: Node,
+    at: Option<u16>,
+    form: &mut dyn Form,
     words: &Vocabulary,
-) -> Place {
-    let index = u16::try_from(at).unwrap_or(u16::MAX);
-    let start = u32::try_from(span.start).unwrap_or(u32::MAX);
-    let usual = own
-        && qname.split_once(':').is_some_and(|(prefix, local)| {
-            local == field.local && words.prefix(field.namespace) == prefix
-        });
-    if usual {
-        Place::Field(index, start)
-    } else {
-        Place::Spelled(index, start, qname.into())
-    }
-}
-
-fn read_child(node: Node, form: &mut dyn Form, words: &Vocabulary, preserved: bool) {
+    preserved: bool,
+    allowance: &mut Allowance,
+) {
     let stray = match node {
         Node::Comment(text) => Stray::Comment(text),
         Node::Instruction(text) => Stray::Instruction(text),
         Node::Text(text) if is_blank(&text) && !preserved => return,
         Node::Text(text) => Stray::Text(text),
-        Node::Element(element) => match fill(element, form, words, preserved) {
-            Some(stray) => Stray::Element(stray),
-            None => return,
+        Node::Element(element) => match at {
+            None => Stray::Element(element),
+            Some(at) => match fill(element, at, form, words, preserved, allowance) {
+                Some(stray) => Stray::Element(stray),
+                None => return,
+            },
         },
     };
     let beside = form.extra_mut().edit();
@@ -116,31 +151,36 @@ fn read_child(node: Node, form: &mut dyn Form, words: &Vocabulary, preserved: bo
     beside.node_order.push(Place::Other);
 }
 
-/// Gives the element back when it has no field, or no more room in it.
+/// Gives the element back when there is no more room in its field.
 fn fill(
     element: Box<Element>,
+    at: u16,
     form: &mut dyn Form,
     words: &Vocabulary,
     preserved: bool,
+    allowance: &mut Allowance,
 ) -> Option<Box<Element>> {
     let fields = form.form_type().fields;
-    let found = fields.iter().position(|f| {
-        !f.kind.is_attribute() && f.local == element.local && *f.namespace == *element.namespace
-    });
-    let Some(at) = found else {
-        return Some(element);
+    let start = element.span.start;
+    let unusual = match is_usual(&fields[usize::from(at)], &element.qname, words) {
+        true => None,
+        false => Some(element.qname.clone()),
     };
-    let place = place(at, &fields[at], &element.qname, true, element.span, words);
-    match form.slot(at) {
+    match form.slot(usize::from(at)) {
         Some(Slot::Text(slot @ None)) if is_text(&element) => *slot = Some(text_of(*element)),
         Some(Slot::Texts(slot)) if is_text(&element) => slot.push(text_of(*element)),
         Some(Slot::Forms(slot)) => match slot.add(usize::MAX) {
-            Some(child) => read(*element, child, words, preserved),
+            Some(child) => read(*element, child, words, preserved, allowance),
             None => return Some(element),
         },
         _ => return Some(element),
     }
-    form.extra_mut().edit().node_order.push(place);
+    let beside = form.extra_mut().edit();
+    let place = match unusual {
+        None => Place::Field(at, start),
+        Some(qname) => beside.spell(at, start, &qname),
+    };
+    beside.node_order.push(place);
     None
 }
 

@@ -1,6 +1,7 @@
 //! YAML tree → form, by the keys that the reference library `rtsprofile` and RTC Builder write.
 
-use super::{FieldKind, FieldType, Form, Scalar, Slot, Stray, date};
+use super::allowance::{Allowance, FINDING_LIMIT, too_dense};
+use super::{Beside, FieldKind, FieldType, Form, Scalar, Slot, Stray, date};
 use crate::diagnostic::{Finding, Report, Source};
 use crate::span::{Span, Text};
 use crate::suggest;
@@ -12,12 +13,21 @@ pub(super) const X_XML: &str = "x-xml";
 
 /// Fills a form from a mapping; what has no field is kept beside and reported.
 pub fn read_node(node: Node, form: &mut dyn Form, source: &Source, report: &mut Report) {
-    Reader { source, report }.form(node, form);
+    let mut reader = Reader {
+        allowance: Allowance::of(source.text().len()),
+        source,
+        report,
+    };
+    reader.form(node, form);
+    if reader.allowance.is_spent() {
+        report.push(too_dense());
+    }
 }
 
 struct Reader<'a> {
     source: &'a Source,
     report: &'a mut Report,
+    allowance: Allowance,
 }
 
 impl Reader<'_> {
@@ -33,10 +43,13 @@ impl Reader<'_> {
                         span,
                     };
                     if let Some(Slot::Forms(forms)) = form.slot(at) {
-                        self.one(inner, forms);
+                        self.one(inner, fields[at].kind, forms);
                     }
                 } else {
                     for (key, value) in entries {
+                        if self.allowance.is_spent() {
+                            return;
+                        }
                         self.entry(key, value, form);
                     }
                 }
@@ -54,6 +67,9 @@ impl Reader<'_> {
             }
         }
         form.extra_mut().tidy();
+        if !form.extra().is_empty() {
+            self.allowance.take(1, size_of::<Beside>());
+        }
     }
 
     fn entry(&mut self, key: Text, value: Node, form: &mut dyn Form) {
@@ -118,9 +134,13 @@ impl Reader<'_> {
             },
             Some(Slot::Forms(forms)) => match (kind, node.value) {
                 (FieldKind::Some(_) | FieldKind::Many(_), Value::Sequence(items)) => {
+                    let size = kind.form_type().map_or(0, |of| of.size);
+                    if !self.allowance.take(items.len(), size) {
+                        return;
+                    }
                     forms.reserve(items.len());
                     for item in items {
-                        self.one(item, forms);
+                        self.filled(item, forms);
                     }
                 }
                 (FieldKind::Many(_), value) => {
@@ -136,7 +156,7 @@ impl Reader<'_> {
                         span: node.span,
                     };
                     match forms.count() {
-                        0 => self.one(node, forms),
+                        0 => self.one(node, kind, forms),
                         _ => self.unknown(key, node, form),
                     }
                 }
@@ -145,7 +165,17 @@ impl Reader<'_> {
         }
     }
 
-    fn one(&mut self, node: Node, forms: &mut dyn super::Filling) {
+    fn one(&mut self, node: Node, kind: FieldKind, forms: &mut dyn super::Filling) {
+        let size = kind.form_type().map_or(0, |of| of.size);
+        if self.allowance.take(1, size) {
+            self.filled(node, forms);
+        }
+    }
+
+    fn filled(&mut self, node: Node, forms: &mut dyn super::Filling) {
+        if self.allowance.is_spent() {
+            return;
+        }
         if let Some(child) = forms.add(usize::MAX) {
             self.form(node, child);
         }
@@ -156,6 +186,9 @@ impl Reader<'_> {
     }
 
     fn wrong_shape(&mut self, key: &str, shape: &str, node: &Node) {
+        if self.report.findings.len() >= FINDING_LIMIT {
+            return self.wrong_again();
+        }
         let message = format!("`{key}` must be {shape}, this is {}", node.kind());
         let help = match shape {
             "a list" => "write each item on a line that starts with `- `",
@@ -166,9 +199,19 @@ impl Reader<'_> {
         self.report.push(finding.help(help));
     }
 
+    /// An error must not be lost among warnings.
+    fn wrong_again(&mut self) {
+        if !self.report.has_errors() {
+            let message = "more is wrong than is listed here";
+            let help = "mend what is listed first";
+            self.report
+                .push(Finding::error("wrong-shape", message).help(help));
+        }
+    }
+
     /// Kept as it is. Keys that start with `x-` are for others.
     fn unknown(&mut self, key: Text, value: Node, form: &mut dyn Form) {
-        if !key.value.starts_with("x-") {
+        if !key.value.starts_with("x-") && self.report.findings.len() < FINDING_LIMIT {
             let fields = form.form_type().fields.iter();
             let fields = fields.filter(|f| f.local != "type" || !f.keys.contains("::"));
             let known: Vec<&str> = fields.map(|f| bare(f.key())).collect();
@@ -194,12 +237,10 @@ impl Reader<'_> {
                 );
                 continue;
             };
-            let local = name.value.rsplit(':').next().unwrap_or_default();
             form.extra_mut().edit().attributes.push(Attribute {
                 namespace: said("namespace").map_or("".into(), |text| text.value.into()),
-                local: local.to_owned(),
-                qname: name.value.clone(),
-                value: value.value,
+                qname: name.value.into(),
+                value: value.value.into(),
                 span: value.span,
             });
         }
@@ -211,6 +252,7 @@ impl Reader<'_> {
                     let stray = Stray::Element(Box::new(element));
                     form.extra_mut().edit().strays.push(stray);
                 }
+                Some(Err(_)) if self.report.findings.len() >= FINDING_LIMIT => self.wrong_again(),
                 Some(Err(error)) => {
                     let message = format!("`{X_XML}` holds no XML element: {error}");
                     let finding = Finding::error("malformed-xml", message);
@@ -225,7 +267,10 @@ impl Reader<'_> {
             }
         }
         for text in list("texts").iter().filter_map(Node::text) {
-            form.extra_mut().edit().strays.push(Stray::Text(text.value));
+            form.extra_mut()
+                .edit()
+                .strays
+                .push(Stray::Text(text.value.into()));
         }
     }
 }

@@ -90,7 +90,13 @@ enum Said {
 fn attributes(all: &[crate::xml::Attribute]) -> Vec<Said3> {
     let all = all.iter().filter(|a| declared_prefix(&a.qname).is_none());
     let mut all: Vec<Said3> = all
-        .map(|a| (a.namespace.to_string(), a.local.clone(), a.value.clone()))
+        .map(|a| {
+            (
+                a.namespace.to_string(),
+                a.local().to_owned(),
+                a.value.to_string(),
+            )
+        })
         .collect();
     all.sort();
     all
@@ -100,12 +106,12 @@ fn said(element: &Element) -> Said {
     let children = element.children.iter().filter_map(|node| match node {
         Node::Element(child) => Some(said(child)),
         Node::Text(text) if is_blank(text) && element.children.len() > 1 => None,
-        Node::Text(text) => Some(Said::Text(text.clone())),
+        Node::Text(text) => Some(Said::Text(text.to_string())),
         Node::Comment(_) | Node::Instruction(_) => None,
     });
     Said::Element(
         element.namespace.to_string(),
-        element.local.clone(),
+        element.local().to_owned(),
         attributes(&element.attributes),
         children.collect(),
     )

@@ -1,5 +1,6 @@
 //! What a profile says that its type has no field for: a misspelt element would silently lose what is in it.
 
+use super::allowance::FINDING_LIMIT;
 use super::read_xml::is_single;
 use super::{Form, FormType, Stray, Value, Vocabulary};
 use crate::diagnostic::{Finding, Report, Source};
@@ -8,16 +9,14 @@ use crate::xml::Element;
 
 /// Warns of elements in a namespace of the profile that have no field where they stand.
 pub fn report_unknown(form: &dyn Form, words: &Vocabulary, source: &Source, report: &mut Report) {
-    // A file of nothing else needs no longer list.
-    const LIMIT: usize = 1000;
-    if report.findings.len() >= LIMIT {
-        return;
-    }
     let kind = form.form_type();
     for stray in &form.extra().get().strays {
         if let Stray::Element(element) = stray
             && words.knows(&element.namespace)
         {
+            if report.findings.len() >= FINDING_LIMIT {
+                return;
+            }
             report.push(unknown_element(element, kind, source));
         }
     }
@@ -35,7 +34,7 @@ fn unknown_element(element: &Element, kind: &FormType, source: &Source) -> Findi
     let fields = kind.fields.iter().filter(|f| !f.kind.is_attribute());
     let known = fields
         .clone()
-        .find(|f| f.local == element.local && *f.namespace == *element.namespace);
+        .find(|f| f.local == element.local() && *f.namespace == *element.namespace);
     let finding = match known {
         Some(field) if is_single(field.kind) => Finding::warning(
             "repeated-element",
@@ -58,7 +57,7 @@ fn unknown_element(element: &Element, kind: &FormType, source: &Source) -> Findi
                 "unknown-element",
                 format!("`<{}>` is not known here and was not read", element.qname),
             );
-            match suggest::nearest(&element.local, fields.map(|f| f.local)) {
+            match suggest::nearest(element.local(), fields.map(|f| f.local)) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
                 None => finding.help("remove it if it means nothing"),
             }

@@ -1,6 +1,8 @@
 //! The names of one kind of profile, and a file opened as such.
 
-use super::{Around, Form, Format, read_element, read_node, report_unknown};
+use super::allowance::{Allowance, too_dense};
+use super::read_xml::read_some;
+use super::{Around, Form, Format, read_node, report_unknown};
 use crate::diagnostic::{Finding, Report, Source};
 use crate::span::Span;
 use crate::{xml, yaml};
@@ -42,7 +44,7 @@ impl Vocabulary {
     fn wrong_element(&self, root: &xml::Element, source: &Source) -> Finding {
         let place = Some(source.place(root.span.start, root.span.end));
         let prefix = self.prefix(self.namespace);
-        let finding = if self.roots.contains(&root.local.as_str()) {
+        let finding = if self.roots.contains(&root.local()) {
             let message = format!("`{}` is in the namespace `{}`", root.qname, root.namespace);
             let help = format!(
                 "declare `xmlns:{prefix}=\"{}\"` on the root element",
@@ -57,7 +59,7 @@ impl Vocabulary {
                     self.title, self.roots[0]
                 )
             };
-            Finding::error("wrong-root", message).help(self.advice(&root.local, usual))
+            Finding::error("wrong-root", message).help(self.advice(root.local(), usual))
         };
         finding.at(place)
     }
@@ -127,7 +129,7 @@ pub fn open(file_name: &str, bytes: &[u8], words: &Vocabulary) -> Result<Opened,
     } else if start.starts_with('<') {
         let tree = xml::parse_tree(source.text()).map_err(|error| alone(error.finding(&source)))?;
         let root = &tree.root;
-        if *root.namespace != *words.namespace || !words.roots.contains(&root.local.as_str()) {
+        if *root.namespace != *words.namespace || !words.roots.contains(&root.local()) {
             findings.push(words.wrong_element(root, &source));
             return Err(findings);
         }
@@ -189,7 +191,11 @@ impl Tree {
                     after: tree.after,
                     qname: Some(tree.root.qname.clone()),
                 };
-                read_element(tree.root, form, words);
+                let mut allowance = Allowance::of(source.text().len());
+                read_some(tree.root, form, words, &mut allowance);
+                if allowance.is_spent() {
+                    report.push(too_dense());
+                }
                 report_unknown(form, words, source, report);
                 (Format::Xml, around)
             }

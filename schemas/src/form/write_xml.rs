@@ -2,7 +2,7 @@
 
 use super::order::{attribute_order, node_order};
 use super::place::{declaration, prefix_of};
-use super::{FieldType, Form, Place, Scope, Stray, Value, Vocabulary};
+use super::{FieldType, Form, Scope, Stray, Value, Vocabulary};
 use crate::span::{Span, Text};
 use crate::xml::{Attribute, Element, Node};
 
@@ -18,8 +18,7 @@ pub fn element_of(
     scope.enter(&beside.attributes);
     let mut element = Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children: Vec::new(),
         span: Span::default(),
@@ -45,7 +44,7 @@ fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: 
         let Value::Text(Some(text)) = form.value(at) else {
             continue;
         };
-        let name = Name::of(&fields[at], &place, true, scope, words);
+        let name = Name::of(&fields[at], beside.spelling(place), true, scope, words);
         if let Some(prefix) = &name.new_prefix {
             scope.declare(prefix, &name.namespace);
             let made = declaration(prefix, &name.namespace);
@@ -53,9 +52,8 @@ fn attributes(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: 
         }
         element.attributes.push(Attribute {
             namespace: name.namespace.as_str().into(),
-            local: fields[at].local.to_owned(),
-            qname: name.qname,
-            value: text.value.clone(),
+            qname: name.qname.into(),
+            value: text.value.as_str().into(),
             span: Span::default(),
         });
     }
@@ -83,7 +81,7 @@ fn children(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &V
         };
         let number = next[at];
         next[at] += 1;
-        let name = Name::of(&fields[at], &place, false, scope, words);
+        let name = Name::of(&fields[at], beside.spelling(place), false, scope, words);
         // It is declared out here: an element of text has no attributes of its own.
         if let Some(prefix) = &name.new_prefix {
             scope.declare(prefix, &name.namespace);
@@ -121,12 +119,11 @@ fn stray(stray: &Stray, scope: &mut Scope) -> Node {
 fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
     let children = match text.value.as_str() {
         "" => Vec::new(),
-        text => vec![Node::Text(text.to_owned())],
+        text => vec![Node::Text(text.into())],
     };
     Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children,
         span: Span::default(),
@@ -144,17 +141,17 @@ pub(super) struct Name {
 impl Name {
     pub(super) fn of(
         field: &FieldType,
-        place: &Place,
+        spelling: Option<&str>,
         attribute: bool,
         scope: &Scope,
         words: &Vocabulary,
     ) -> Self {
-        if let Place::Spelled(.., qname) = place
+        if let Some(qname) = spelling
             && let Some(namespace) = spelled(qname, field, attribute, scope, words)
         {
             return Self {
                 namespace,
-                qname: qname.to_string(),
+                qname: qname.to_owned(),
                 new_prefix: None,
             };
         }

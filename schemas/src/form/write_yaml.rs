@@ -131,7 +131,7 @@ fn unknown_xml(beside: &Beside) -> Option<Out> {
     });
     let elements: Vec<Out> = elements.collect();
     let texts = beside.strays.iter().filter_map(|stray| match stray {
-        Stray::Text(text) => Some(Out::Text(text.clone())),
+        Stray::Text(text) => Some(Out::Text(text.to_string())),
         _ => None,
     });
     let texts: Vec<Out> = texts.collect();
@@ -150,7 +150,7 @@ fn unknown_xml(beside: &Beside) -> Option<Out> {
 fn node_out(node: &yaml::Node) -> Out {
     match &node.value {
         yaml::Value::Null => Out::Plain("null".to_owned()),
-        yaml::Value::Scalar(text) => Out::Text(text.clone()),
+        yaml::Value::Scalar(text) => Out::Text(text.to_string()),
         yaml::Value::Sequence(items) => Out::List(items.iter().map(node_out).collect()),
         yaml::Value::Mapping(entries) => Out::Map(
             entries

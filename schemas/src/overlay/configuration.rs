@@ -51,7 +51,7 @@ fn check<'a>(
 /// Sets and parameters that are not there, each with the first component without it.
 #[derive(Default)]
 struct Unknown<'a>(
-    BTreeMap<(usize, &'a str), (&'a Text, Option<&'a Text>, &'a ComponentSpec, usize)>,
+    BTreeMap<(u32, &'a str), (&'a Text, Option<&'a Text>, &'a ComponentSpec, usize)>,
 );
 
 impl<'a> Unknown<'a> {

@@ -64,7 +64,7 @@ impl Entry {
             .partition_point(|(start, _)| *start as usize <= at);
         match self.runs.get(run.saturating_sub(1)) {
             Some((start, source)) => *source as usize + at.saturating_sub(*start as usize),
-            None => self.key.span.start,
+            None => self.key.span.range().start,
         }
     }
 }
@@ -174,7 +174,7 @@ impl<'a> Reader<'a> {
             self.warn(
                 "conf-dangling-continuation",
                 message.into(),
-                (end, end + 1),
+                Span::new(end, end + 1),
                 help,
             );
             self.entry(&line);
@@ -197,7 +197,7 @@ impl<'a> Reader<'a> {
         if marked.is_none() {
             let message = format!("there is no `:` behind `{key_text}`");
             let help = "write `key: value`; without it the value begins at the first blank";
-            self.warn("conf-no-separator", message, (span.start, span.end), help);
+            self.warn("conf-no-separator", message, span, help);
         }
         let key = unescape(key_text, |at| at).0.replace(is_unsayable, " ");
         let key = key.trim().to_owned();
@@ -209,7 +209,7 @@ impl<'a> Reader<'a> {
         if value.contains(is_unsayable) {
             let message = format!("the value of `{key}` has a control character");
             let help = "write `\\\\` for a backslash; the character is left out";
-            self.warn("conf-bad-value", message, (span.start, span.end), help);
+            self.warn("conf-bad-value", message, span, help);
             // One for one: places stay what they are.
             value = value.replace(is_unsayable, " ");
         }
@@ -236,17 +236,17 @@ impl<'a> Reader<'a> {
             .place(before.key.span.start, before.key.span.end)
             .line;
         let message = format!("`{}` is given again, after line {line}", entry.key.value);
-        let span = (entry.key.span.start, entry.key.span.end);
+        let span = entry.key.span;
         *before = entry;
         let help = "the last value counts: take the other away";
         self.warn("conf-repeated-key", message, span, help);
     }
 
-    fn warn(&mut self, code: &'static str, message: String, at: (usize, usize), help: &str) {
+    fn warn(&mut self, code: &'static str, message: String, span: Span, help: &str) {
         let count = self.counts.entry(code).or_default();
         *count += 1;
         if *count <= FINDINGS {
-            let place = Some(self.source.place(at.0, at.1));
+            let place = Some(self.source.place(span.start, span.end));
             let finding = Finding::new(Severity::Warning, code, message);
             self.findings.push(finding.at(place).help(help));
         }

@@ -296,6 +296,16 @@ impl Component {
         })
     }
 
+    /// The port with this number among all, when it has a name, and that name.
+    pub(super) fn port_name(&self, at: usize) -> Option<((PortKind, &Port), &str)> {
+        let port = match at.checked_sub(self.data_ports.len()) {
+            None => (PortKind::Data, self.data_ports.get(at)?),
+            Some(at) => (PortKind::Service, self.service_ports.get(at)?),
+        };
+        let name = port.1.name.as_ref()?;
+        Some((port, self.bare_port(&name.value)))
+    }
+
     /// All declared ports with their kinds.
     pub fn ports(&self) -> impl Iterator<Item = (PortKind, &Port)> {
         let data = self.data_ports.iter().map(|port| (PortKind::Data, port));

@@ -56,7 +56,7 @@ pub fn to_version(read: &ReadProfile, version: Version) -> (Shape, Around, Repor
     let mut around = read.around.clone();
     around.qname = around
         .qname
-        .map(|name| name.replace("RTSystemProfile", WORDS.roots[0]));
+        .map(|name| name.replace("RTSystemProfile", WORDS.roots[0]).into());
     lost.report.sort_by_place();
     (shape, around, lost.report)
 }

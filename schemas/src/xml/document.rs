@@ -19,6 +19,7 @@ pub struct Document {
     text: String,
     root: Part,
     bytes: Bytes,
+    line_end: &'static str,
 }
 
 /// What an edit puts in the place of a range of the text.
@@ -67,6 +68,7 @@ impl Document {
         };
         Ok(Self {
             bytes: Bytes::of(bytes, decoded.encoding),
+            line_end: line_end(&text),
             text,
             root,
         })
@@ -111,26 +113,20 @@ impl Document {
             text,
             root,
             bytes: self.bytes.clone(),
+            line_end: self.line_end,
         })
     }
 
     /// The line end of this file.
     pub fn line_end(&self) -> &'static str {
-        match self.text.find('\n') {
-            Some(at) if at > 0 && self.text.as_bytes()[at - 1] == b'\r' => "\r\n",
-            _ => "\n",
-        }
+        self.line_end
     }
 
     /// The blanks before a place in its line, when there is nothing else before it.
     pub fn indent(&self, at: usize) -> Option<&str> {
         let before = &self.text[..at];
-        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let indent = &before[start..];
-        indent
-            .chars()
-            .all(|c| matches!(c, ' ' | '\t'))
-            .then_some(indent)
+        let rest = before.trim_end_matches([' ', '\t']);
+        (rest.is_empty() || rest.ends_with('\n')).then(|| &before[rest.len()..])
     }
 
     /// How much deeper a child stands than its parent: as the first child of the root, else four blanks.
@@ -149,12 +145,20 @@ impl Document {
             return range;
         };
         let rest = &self.text[range.end..];
-        let line = rest.find('\n').map_or(rest, |newline| &rest[..=newline]);
-        if line.ends_with('\n') && line.trim().is_empty() {
-            range.start - indent.len()..range.end + line.len()
+        let blanks = rest.len() - rest.trim_start_matches([' ', '\t', '\r']).len();
+        if rest[blanks..].starts_with('\n') {
+            range.start - indent.len()..range.end + blanks + 1
         } else {
             range
         }
+    }
+}
+
+/// The first line end of a text; `\n` where there is none.
+fn line_end(text: &str) -> &'static str {
+    match text.find('\n') {
+        Some(at) if at > 0 && text.as_bytes()[at - 1] == b'\r' => "\r\n",
+        _ => "\n",
     }
 }
 

@@ -20,10 +20,8 @@ pub struct Tree {
 pub struct Element {
     /// Namespace URI; empty when there is none.
     pub namespace: Arc<str>,
-    /// Name without prefix.
-    pub local: String,
     /// Name as written.
-    pub qname: String,
+    pub qname: Box<str>,
     /// Attributes, namespace declarations included.
     pub attributes: Vec<Attribute>,
     /// Elements, texts and comments.
@@ -37,12 +35,10 @@ pub struct Element {
 pub struct Attribute {
     /// Namespace URI; empty when there is none.
     pub namespace: Arc<str>,
-    /// Name without prefix.
-    pub local: String,
     /// Name as written.
-    pub qname: String,
+    pub qname: Box<str>,
     /// Value, unescaped.
-    pub value: String,
+    pub value: Box<str>,
     /// The value between its quotes; the element's start tag when it is empty.
     pub span: Span,
 }
@@ -53,18 +49,35 @@ pub enum Node {
     /// An element.
     Element(Box<Element>),
     /// Text, references resolved.
-    Text(String),
+    Text(Box<str>),
     /// A comment.
-    Comment(String),
+    Comment(Box<str>),
     /// A processing instruction, without its `<?` and `?>`.
-    Instruction(String),
+    Instruction(Box<str>),
+}
+
+/// The part of a name after the colon.
+fn local(qname: &str) -> &str {
+    qname.split_once(':').map_or(qname, |(_, local)| local)
+}
+
+impl Attribute {
+    /// Name without prefix.
+    pub fn local(&self) -> &str {
+        local(&self.qname)
+    }
 }
 
 impl Element {
+    /// Name without prefix.
+    pub fn local(&self) -> &str {
+        local(&self.qname)
+    }
+
     /// Whether blanks between its children count (`xml:space`); nothing when it does not say.
     pub fn preserves_blanks(&self) -> Option<bool> {
-        let said = self.attributes.iter().find(|a| a.qname == "xml:space");
-        said.map(|attribute| attribute.value == "preserve")
+        let said = self.attributes.iter().find(|a| &*a.qname == "xml:space");
+        said.map(|attribute| &*attribute.value == "preserve")
     }
 
     /// The child elements.
@@ -79,7 +92,7 @@ impl Element {
     pub fn attribute(&self, namespaces: &[&str], local: &str) -> Option<Text> {
         self.attributes
             .iter()
-            .find(|a| a.local == local && namespaces.contains(&&*a.namespace))
-            .map(|a| Text::new(a.value.clone(), a.span))
+            .find(|a| a.local() == local && namespaces.contains(&&*a.namespace))
+            .map(|a| Text::new(&*a.value, a.span))
     }
 }

@@ -13,10 +13,10 @@ fn error(text: &str) -> (String, String) {
 fn tree_has_namespaces_places_and_comments() {
     let text = "<?xml version=\"1.0\"?>\n<a:r xmlns:a='urn:a' a:k=\"v &amp; w\"><!--c--><b>x&#65;&lt;</b></a:r>\n";
     let root = parse(text).unwrap();
-    assert_eq!((&*root.namespace, root.local.as_str()), ("urn:a", "r"));
+    assert_eq!((&*root.namespace, root.local()), ("urn:a", "r"));
     let k = root.attribute(&["urn:a"], "k").unwrap();
     assert_eq!(k.value, "v & w");
-    assert_eq!(&text[k.span.start..k.span.end], "v &amp; w");
+    assert_eq!(&text[k.span.range()], "v &amp; w");
     assert_eq!(root.children[0], Node::Comment("c".into()));
     let b = root.elements().next().unwrap();
     assert_eq!(b.children, [Node::Text("xA<".into())]);
@@ -73,4 +73,23 @@ fn encodings() {
         decode("t.xml", b"<a>\xff\xff</a>").unwrap_err().code,
         "bad-encoding"
     );
+}
+
+#[test]
+fn the_name_of_a_namespace_is_unescaped() {
+    let root = parse("<a:r xmlns:a='x&lt;&#10;y\nz' a:k=''/>").unwrap();
+    assert_eq!(&*root.namespace, "x<\ny z");
+    assert_eq!(&*root.attributes[0].value, &*root.namespace);
+    assert!(root.attribute(&["x<\ny z"], "k").is_some());
+}
+
+#[test]
+fn too_many_declarations_are_refused() {
+    let some =
+        |count: usize| -> String { (0..count).map(|n| format!(" xmlns:p{n}='u'")).collect() };
+    let text = |count| format!("<a{0}><a{0}/><a{0}/></a>", some(count));
+    assert!(parse(&text(64)).is_ok());
+    // Each name is looked for in all declarations that are in force, so that quick-xml allows 128.
+    let error = parse(&text(65)).unwrap_err();
+    assert!(error.message.contains("128"), "{}", error.message);
 }

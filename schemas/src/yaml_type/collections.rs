@@ -117,7 +117,7 @@ impl<T: YamlType> YamlType for List<T> {
 
     fn read(node: &Node, key: &str, faults: &mut Faults) -> Option<Self> {
         let items = match &node.value {
-            yaml::Value::Sequence(items) => items.as_slice(),
+            yaml::Value::Sequence(items) => items,
             _ => std::slice::from_ref(node),
         };
         within(items.len(), key, node, faults)?;

@@ -36,7 +36,7 @@ pub fn change(form: &mut dyn Form, tape: &mut Tape<'_>) -> Option<Change> {
         _ if filled.is_empty() => tape.choose(fields.len()),
         _ => filled[tape.choose(filled.len())],
     };
-    let (here, field) = (form.span().start, &fields[at]);
+    let (here, field) = (form.span().range().start, &fields[at]);
     let attribute = field.kind.is_attribute();
     let change = match form.slot(at)? {
         Slot::Text(slot) => match slot {
@@ -45,7 +45,7 @@ pub fn change(form: &mut dyn Form, tape: &mut Tape<'_>) -> Option<Change> {
                 Change::Attribute(here, field.local, true)
             }
             Some(text) => {
-                let start = text.span.start;
+                let start = text.span.range().start;
                 text.value = other(&text.value, tape);
                 match attribute {
                     true => Change::Attribute(here, field.local, false),
@@ -63,11 +63,11 @@ pub fn change(form: &mut dyn Form, tape: &mut Tape<'_>) -> Option<Change> {
         Slot::Texts(texts) => match tape.choose(3) {
             0 if !texts.is_empty() => {
                 let gone = texts.remove(tape.choose(texts.len()));
-                Change::Removed(gone.span.start)
+                Change::Removed(gone.span.range().start)
             }
             1 if texts.len() > 1 => {
                 let text = texts.remove(0);
-                let start = text.span.start;
+                let start = text.span.range().start;
                 texts.push(text);
                 Change::Moved(here, start)
             }
@@ -86,7 +86,7 @@ pub fn change(form: &mut dyn Form, tape: &mut Tape<'_>) -> Option<Change> {
             }
             match tape.choose(2) {
                 0 if count > 0 => {
-                    let start = forms.form(index)?.span().start;
+                    let start = forms.form(index)?.span().range().start;
                     forms.remove(index);
                     Change::Removed(start)
                 }
@@ -118,7 +118,7 @@ pub fn moved<T: Form>(forms: &mut Vec<T>, here: usize, tape: &mut Tape<'_>) -> O
     }
     let from = tape.choose(forms.len());
     let form = forms.remove(from);
-    let start = form.span().start;
+    let start = form.span().range().start;
     let mut to = tape.choose(forms.len() + 1);
     if to == from {
         to = if from == 0 { forms.len() } else { 0 };

@@ -19,7 +19,7 @@ pub fn spoil(tree: &mut Tree, tape: &mut Tape<'_>) {
 
 fn around(tape: &mut Tape<'_>) -> Node {
     match tape.choose(3) {
-        0 => Node::Instruction("xml-stylesheet href='a.xsl'".to_owned()),
+        0 => Node::Instruction("xml-stylesheet href='a.xsl'".into()),
         _ => comment(tape),
     }
 }
@@ -33,7 +33,7 @@ fn comment(tape: &mut Tape<'_>) -> Node {
         "]]>",
         "\u{3000}",
     ];
-    Node::Comment(TEXTS[tape.choose(TEXTS.len())].to_owned())
+    Node::Comment(TEXTS[tape.choose(TEXTS.len())].into())
 }
 
 fn element(element: &mut Element, tape: &mut Tape<'_>, depth: usize) {
@@ -72,9 +72,8 @@ fn element(element: &mut Element, tape: &mut Tape<'_>, depth: usize) {
 fn plain(qname: &str, value: &str) -> Attribute {
     Attribute {
         namespace: "".into(),
-        local: qname.to_owned(),
-        qname: qname.to_owned(),
-        value: value.to_owned(),
+        qname: qname.into(),
+        value: value.into(),
         span: Default::default(),
     }
 }
@@ -94,8 +93,7 @@ fn attribute(tape: &mut Tape<'_>) -> Vec<Attribute> {
 fn leaf(qname: &str, attributes: Vec<Attribute>, children: Vec<Node>) -> Node {
     Node::Element(Box::new(Element {
         namespace: "".into(),
-        local: qname.to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes,
         children,
         span: Default::default(),
@@ -108,10 +106,10 @@ fn stranger(parent: &Element, tape: &mut Tape<'_>) -> Node {
         .qname
         .split_once(':')
         .map_or("", |(prefix, _)| prefix);
-    let text = |tape: &mut Tape<'_>| Node::Text(tape.text());
+    let text = |tape: &mut Tape<'_>| Node::Text(tape.text().into());
     match tape.choose(9) {
         0..=2 => comment(tape),
-        3 => Node::Instruction("php echo \"<x>\"".to_owned()),
+        3 => Node::Instruction("php echo \"<x>\"".into()),
         4 => leaf("x:a", vec![plain("xmlns:x", "urn:x")], vec![text(tape)]),
         5 => {
             let inner = leaf(
@@ -120,7 +118,7 @@ fn stranger(parent: &Element, tape: &mut Tape<'_>) -> Node {
                 vec![text(tape), comment(tape)],
             );
             let space = plain("xml:space", "preserve");
-            let blank = Node::Text("\n   ".to_owned());
+            let blank = Node::Text("\n   ".into());
             leaf(
                 "a",
                 vec![plain("xmlns", "urn:y"), space],
@@ -140,7 +138,7 @@ fn stranger(parent: &Element, tape: &mut Tape<'_>) -> Node {
             Some(first) => Node::Element(Box::new(first.clone())),
             None => comment(tape),
         },
-        _ => Node::Text("words\n  and \u{3000} ".to_owned()),
+        _ => Node::Text("words\n  and \u{3000} ".into()),
     }
 }
 
@@ -164,9 +162,9 @@ fn rename(tree: &mut Tree, tape: &mut Tape<'_>) {
         }
     }
     fn all(element: &mut Element, old: &str, new: &str) {
-        element.qname = named(&element.qname, old, new);
+        element.qname = named(&element.qname, old, new).into();
         for attribute in &mut element.attributes {
-            attribute.qname = named(&attribute.qname, old, new);
+            attribute.qname = named(&attribute.qname, old, new).into();
         }
         // Without a prefix two names may be one.
         let mut seen = Vec::new();

@@ -4,6 +4,7 @@ mod floors;
 mod heal;
 mod launch;
 mod plan;
+mod read;
 mod stack;
 mod stats;
 
@@ -54,6 +55,8 @@ enum Bench {
     Heal(heal::Args),
     /// Time and memory of one plan, from 100 to 100,000 components.
     Plan(plan::Args),
+    /// Speed of reading profiles of 10 MB and 100 MB, beside the reference library.
+    Read(read::Args),
 }
 
 /// Runs one benchmark.
@@ -62,5 +65,6 @@ pub fn run(args: &Args) -> Result<()> {
         Bench::Launch(args) => launch::run(args),
         Bench::Heal(args) => heal::run(args),
         Bench::Plan(args) => plan::run(args),
+        Bench::Read(args) => read::run(args),
     }
 }

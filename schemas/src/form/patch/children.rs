@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::super::order::{node_order, staying};
 use super::super::place::declaration;
-use super::super::{Form, Held, Place, Value, element_of};
+use super::super::{Form, Held, Value, element_of};
 use super::{Patch, is_element};
 use crate::span::{Span, Text};
 use crate::xml::document::{EditError, Part};
@@ -16,6 +16,10 @@ struct Old<'a> {
     places: Vec<(Option<usize>, &'a Part)>,
     /// Which of them stay.
     kept: Vec<bool>,
+    /// The first that stays.
+    first: Option<usize>,
+    /// The first with a field that stays.
+    first_known: Option<usize>,
 }
 
 /// One child of a field in the new form: the old one that it is, or `None` for a new one.
@@ -42,11 +46,13 @@ impl Patch<'_> {
         let order = node_order(old, &beside.node_order, beside.strays.len());
         let mut strays = beside.strays.iter();
         let order = order.iter().filter(|place| is_element(place, &mut strays));
-        let fields: Vec<Option<usize>> = order.map(Place::field).collect();
+        let fields: Vec<Option<usize>> = order.map(|place| place.field()).collect();
         if fields.len() != part.children.len() {
             return Err(self.stranger(part));
         }
         let mut state = Old {
+            first: None,
+            first_known: None,
             kept: vec![true; fields.len()],
             places: fields.into_iter().zip(&part.children).collect(),
         };
@@ -58,6 +64,9 @@ impl Patch<'_> {
         for matches in &matches {
             self.changed(matches, old, new, &mut state)?;
         }
+        state.first = state.kept.iter().position(|kept| *kept);
+        let mut known = state.kept.iter().zip(&state.places);
+        state.first_known = known.position(|(kept, (field, _))| *kept && field.is_some());
         let mut inside = String::new();
         for matches in &matches {
             self.added(part, matches, (old, new), &state, &mut inside);
@@ -132,17 +141,21 @@ impl Patch<'_> {
         let stay = &matches.stay;
         let own: Vec<usize> = state.own(at).collect();
         let stays = |m: &Match| m.and_then(|number| own.get(number).copied());
-        for (index, _) in stay.iter().enumerate().filter(|(_, m)| m.is_none()) {
-            let before = stay[..index].iter().rev().find_map(stays);
-            let after = stay[index..].iter().find_map(stays);
-            let earlier = || {
-                let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
-                kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at))
-            };
-            let first = || {
-                let mut kept = (0..state.places.len()).filter(|p| state.kept[*p]);
-                kept.find(|p| state.places[*p].0.is_some())
-            };
+        let mut following: Vec<Option<usize>> = vec![None; stay.len()];
+        let mut next = None;
+        for (index, m) in stay.iter().enumerate().rev() {
+            next = stays(m).or(next);
+            following[index] = next;
+        }
+        let mut kept = (0..state.places.len()).rev().filter(|p| state.kept[*p]);
+        let earlier = kept.find(|p| state.places[*p].0.is_some_and(|field| field <= at));
+        let mut before = None;
+        for (index, m) in stay.iter().enumerate() {
+            if m.is_some() {
+                before = stays(m).or(before);
+                continue;
+            }
+            let after = following[index];
             let moved = matches.moved[index]
                 .filter(|number| same_child(&old.value(at), *number, &new.value(at), index))
                 .and_then(|number| own.get(number).copied());
@@ -150,14 +163,14 @@ impl Patch<'_> {
                 Some(place) => self.document.text()[state.places[place].1.whole.clone()].to_owned(),
                 None => self.new_element(part, at, index, new, state),
             };
-            if let Some(place) = before.or_else(|| if after.is_none() { earlier() } else { None }) {
+            if let Some(place) = before.or(if after.is_none() { earlier } else { None }) {
                 let anchor = state.places[place].1.whole.clone();
                 let text = match self.document.indent(anchor.start) {
                     Some(indent) => format!("{}{indent}{text}", self.document.line_end()),
                     None => text,
                 };
                 self.replace(anchor.end..anchor.end, text);
-            } else if let Some(place) = after.or_else(first) {
+            } else if let Some(place) = after.or(state.first_known) {
                 let anchor = state.places[place].1.whole.clone();
                 let text = match self.document.indent(anchor.start) {
                     Some(indent) => format!("{text}{}{indent}", self.document.line_end()),
@@ -214,7 +227,7 @@ impl Patch<'_> {
         state: &Old<'_>,
     ) -> String {
         let field = &new.form_type().fields[at];
-        let name = self.name(field, at, false);
+        let name = self.name(field, false);
         if let Some(prefix) = &name.new_prefix {
             self.scope.declare(prefix, &name.namespace);
             let made = declaration(prefix, &name.namespace);
@@ -233,13 +246,8 @@ impl Patch<'_> {
         let Some(element) = element else {
             return String::new();
         };
-        let neighbour = state
-            .places
-            .iter()
-            .zip(&state.kept)
-            .find(|(_, kept)| **kept);
-        let indent = match neighbour {
-            Some(((_, part), _)) => self.document.indent(part.whole.start).map(str::to_owned),
+        let indent = match state.first.map(|first| &state.places[first]) {
+            Some((_, part)) => self.document.indent(part.whole.start).map(str::to_owned),
             None => self.inner_indent(part),
         };
         let text = print_element(&element, indent.as_deref().unwrap_or_default());
@@ -311,12 +319,11 @@ fn same_child(old: &Value<'_>, number: usize, new: &Value<'_>, index: usize) -> 
 fn text_element((namespace, qname): (&str, &str), text: &Text) -> Element {
     let children = match text.value.as_str() {
         "" => Vec::new(),
-        text => vec![Node::Text(text.to_owned())],
+        text => vec![Node::Text(text.into())],
     };
     Element {
         namespace: namespace.into(),
-        local: qname.rsplit(':').next().unwrap_or(qname).to_owned(),
-        qname: qname.to_owned(),
+        qname: qname.into(),
         attributes: Vec::new(),
         children,
         span: Span::default(),

@@ -161,7 +161,7 @@ impl<'a> Made<'a> {
         ids: &HashMap<&str, String>,
         profile: &mut Profile,
     ) {
-        let mut used = HashSet::new();
+        let mut used = HashMap::new();
         for connection in connections {
             let name = format!("{}-{}", full(connection.source), full(connection.target));
             let name = unused_name(name, &mut used);

@@ -1,6 +1,6 @@
 //! Connectors: ends, direction, data type and properties.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 
 use super::NAME_KEY;
 use crate::diagnostic::{Finding, Report};
@@ -9,7 +9,7 @@ use crate::rts_profile::model::{Connector, Port, Target, property_value};
 use crate::system::{ConnectorSpec, Direction, PortKind, PortRef};
 
 pub(super) fn connectors(read: &ReadProfile, report: &mut Report) -> Vec<ConnectorSpec> {
-    let mut used = HashSet::new();
+    let mut used = HashMap::new();
     read.profile
         .connectors
         .iter()
@@ -39,14 +39,26 @@ pub(super) fn connectors(read: &ReadProfile, report: &mut Report) -> Vec<Connect
 }
 
 /// The name itself, or with `#2`, `#3`, … when it was given before.
-pub(crate) fn unused_name(name: String, used: &mut HashSet<String>) -> String {
-    let mut unused = name.clone();
-    let mut count = 1;
-    while !used.insert(unused.clone()) {
-        count += 1;
-        unused = format!("{name}#{count}");
-    }
+pub(crate) fn unused_name(name: String, used: &mut HashMap<String, usize>) -> String {
+    let (unused, count) = free_name(&name, used);
+    used.insert(name, count);
+    used.entry(unused.clone()).or_insert(1);
     unused
+}
+
+/// The name that [`unused_name`] would give, and its number. Numbers up to the last given one are known to be taken.
+pub(crate) fn free_name(name: &str, used: &HashMap<String, usize>) -> (String, usize) {
+    let Some(last) = used.get(name) else {
+        return (name.to_owned(), 1);
+    };
+    let mut count = *last;
+    loop {
+        count += 1;
+        let unused = format!("{name}#{count}");
+        if !used.contains_key(&unused) {
+            return (unused, count);
+        }
+    }
 }
 
 fn end(profile: &ReadProfile, target: &Target) -> Option<PortRef> {
@@ -69,8 +81,8 @@ fn end(profile: &ReadProfile, target: &Target) -> Option<PortRef> {
 /// The declared port of an end.
 fn declared<'a>(profile: &'a ReadProfile, target: Option<&Target>) -> Option<(PortKind, &'a Port)> {
     let target = target?;
-    let instance = target.instance_name.as_ref()?;
-    profile.port(&instance.value, &target.port_name.as_ref()?.value)
+    let instance = &target.instance_name.as_ref()?.value;
+    profile.port(instance, &target.port_name.as_ref()?.value)
 }
 
 /// The direction that a declared port's `port.port_type` says.

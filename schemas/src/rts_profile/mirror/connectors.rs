@@ -2,9 +2,15 @@
 
 use super::properties;
 use crate::rts_profile::forms;
-use crate::rts_profile::model::{Component, Connector, RtsProfile, Target};
+use crate::rts_profile::model::{Component, Connector, Property, RtsProfile, Target};
 use crate::span::Text;
 use crate::system::PortKind;
+
+/// Longest names that the connectors of a port get from it, in bytes: each of them has its own copy.
+const LONGEST: usize = 256;
+
+/// Most that the connectors to further targets get from the first, in bytes.
+const COPIED: usize = 16 << 10;
 
 /// Connectors that lie in the ports of a component, whose source is the port.
 pub(super) fn nested(
@@ -13,23 +19,27 @@ pub(super) fn nested(
     component: &Component,
     profile: &mut RtsProfile,
 ) {
-    let source = |span, name: &Option<Text>| Target {
-        span,
-        instance_name: component.instance_name.clone(),
-        component_id: component.id.clone(),
-        port_name: name.clone(),
-        ..Target::default()
+    let length = |text: &Option<Text>| text.as_ref().map_or(0, |text| text.value.len());
+    let own = length(&component.instance_name) + length(&component.id);
+    let source = |span, name: &Option<Text>| {
+        (own + length(name) <= LONGEST).then(|| Target {
+            span,
+            instance_name: component.instance_name.clone(),
+            component_id: component.id.clone(),
+            port_name: name.clone(),
+            ..Target::default()
+        })
     };
     for port in data {
         let source = source(port.span, &port.name);
         let inner = port.connectors.iter();
-        let inner = inner.flat_map(|connector| data_connectors(connector, Some(&source)));
+        let inner = inner.flat_map(|connector| data_connectors(connector, source.as_ref()));
         profile.connectors.extend(inner);
     }
     for port in service {
         let source = source(port.span, &port.name);
         let inner = port.connectors.iter();
-        let inner = inner.flat_map(|connector| service_connectors(connector, Some(&source)));
+        let inner = inner.flat_map(|connector| service_connectors(connector, source.as_ref()));
         profile.connectors.extend(inner);
     }
 }
@@ -78,16 +88,21 @@ pub(super) fn service_connectors(
     for_each_target(connector, &from.targets)
 }
 
-/// One connector for each target: some real files have several in one element.
+/// One connector for each target: some real files have several in one element. Where that would copy more than any of
+/// them has, further connectors have no more than their ends.
 fn for_each_target(connector: Connector, targets: &[forms::TargetPort]) -> Vec<Connector> {
     let Some((last, others)) = targets.split_last() else {
         return vec![connector];
+    };
+    let copied = match others.len().saturating_mul(weight(&connector)) <= COPIED {
+        true => connector.clone(),
+        false => bare(&connector),
     };
     let mut all: Vec<Connector> = others
         .iter()
         .map(|end| Connector {
             target: Some(target_port(end)),
-            ..connector.clone()
+            ..copied.clone()
         })
         .collect();
     all.push(Connector {
@@ -95,6 +110,50 @@ fn for_each_target(connector: Connector, targets: &[forms::TargetPort]) -> Vec<C
         ..connector
     });
     all
+}
+
+/// Bytes of text in what a copy has, and something for each property.
+fn weight(connector: &Connector) -> usize {
+    const PROPERTY: usize = 96;
+    let length = |text: &Option<Text>| text.as_ref().map_or(0, |text| text.value.len());
+    let properties = |all: &[Property]| -> usize {
+        let one = |p: &Property| PROPERTY + length(&p.name) + length(&p.value);
+        all.iter().map(one).sum()
+    };
+    let source = connector.source.as_ref().map_or(0, |source| {
+        length(&source.instance_name)
+            + length(&source.component_id)
+            + length(&source.port_name)
+            + properties(&source.properties)
+    });
+    let texts = [
+        &connector.connector_id,
+        &connector.name,
+        &connector.data_type,
+        &connector.interface_type,
+        &connector.dataflow_type,
+        &connector.subscription_type,
+        &connector.push_interval,
+    ];
+    let own: usize = texts.into_iter().map(length).sum();
+    own + source + properties(&connector.properties)
+}
+
+fn bare(connector: &Connector) -> Connector {
+    Connector {
+        span: connector.span,
+        kind: connector.kind,
+        connector_id: None,
+        name: None,
+        data_type: None,
+        interface_type: None,
+        dataflow_type: None,
+        subscription_type: None,
+        push_interval: None,
+        source: None,
+        target: None,
+        properties: Vec::new(),
+    }
 }
 
 fn target_port(from: &forms::TargetPort) -> Target {

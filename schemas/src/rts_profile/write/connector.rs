@@ -1,10 +1,10 @@
 //! `rts:DataPortConnectors` and `rts:ServicePortConnectors`.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::{property, target};
 use crate::rts_profile::NAME_KEY;
-use crate::rts_profile::lower::{CHOICES, unused_name};
+use crate::rts_profile::lower::{CHOICES, free_name, unused_name};
 use crate::system::{ComponentSpec, ConnectorSpec, PortKind, PortRef};
 use crate::xml::Tag;
 
@@ -12,14 +12,11 @@ type Components<'a> = HashMap<&'a str, &'a ComponentSpec>;
 
 /// The connectors. The name of one is written where a reader would make another from its ends.
 pub(super) fn connectors(specs: &[ConnectorSpec], components: &Components<'_>) -> Vec<Tag> {
-    let mut used = HashSet::new();
+    let mut used = HashMap::new();
     let tag = |spec: &ConnectorSpec| {
-        let made = unused_name(format!("{}-{}", spec.source, spec.target), &mut used);
-        let own = made != spec.name;
-        if own {
-            used.remove(&made);
-            used.insert(spec.name.clone());
-        }
+        let ends = format!("{}-{}", spec.source, spec.target);
+        let own = free_name(&ends, &used).0 != spec.name;
+        unused_name(if own { spec.name.clone() } else { ends }, &mut used);
         connector(spec, own, components)
     };
     specs.iter().map(tag).collect()
