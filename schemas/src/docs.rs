@@ -12,6 +12,11 @@ pub use facts::Facts;
 
 use crate::suggest;
 
+/// What a doc comment says, without its facts.
+pub(crate) fn text(doc: &str) -> String {
+    facts::parted(doc).0
+}
+
 /// What is said of a type.
 #[derive(Debug, Clone)]
 pub struct Docs {

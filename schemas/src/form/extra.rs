@@ -91,8 +91,8 @@ fn moved(order: Vec<Place>, from: &FormType, to: &FormType) -> Vec<Place> {
             continue;
         };
         let place = match place {
-            Place::Spelled(_, name) if same => Place::Spelled(new, name),
-            _ => Place::Field(new),
+            Place::Spelled(_, start, name) if same => Place::Spelled(new, start, name),
+            _ => Place::fresh(usize::from(new)),
         };
         let mut group = std::mem::take(&mut others);
         group.push(place);

@@ -34,7 +34,7 @@ fn describe(form: &'static FormType, definitions: &mut Map<String, Value>) -> Va
         let schema = schema_of(field, definitions);
         for (index, path) in field.keys.split('|').enumerate() {
             let mut schema = schema.clone();
-            schema["description"] = field.summary().into();
+            schema["description"] = crate::docs::text(field.doc).into();
             if index > 0 {
                 schema["deprecated"] = true.into();
             }
@@ -48,7 +48,7 @@ fn describe(form: &'static FormType, definitions: &mut Map<String, Value>) -> Va
         (Some(only), None) => json!({"anyOf": [object, schema_of(only, definitions)]}),
         _ => object,
     };
-    described["description"] = form.summary().into();
+    described["description"] = crate::docs::text(form.doc).into();
     described
 }
 
