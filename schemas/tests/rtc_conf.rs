@@ -319,7 +319,7 @@ proptest! {
         let text = made.text(Format::Xml);
         let read = rts_profile::read("made.xml", text.as_bytes()).unwrap();
         prop_assert_eq!(read.findings, Report::default());
-        let names = |profile: &RtsProfile| -> Vec<String> {
+        let names = |profile: &rts_profile::model::RtsProfile| -> Vec<String> {
             profile.components.iter().map(|c| c.instance_name.clone().unwrap().value).collect()
         };
         let written: Vec<String> =
