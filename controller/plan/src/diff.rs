@@ -90,6 +90,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
         },
         target: target::component(id.instance),
         system: Some(want.system.name.clone()),
+        node: None,
         reason: reason.to_owned(),
         fields,
     }
@@ -134,6 +135,7 @@ fn changed<'a>(
         action: Action::Change,
         target: target::component(id.instance),
         system: live.component.system.as_ref().map(|s| s.name.clone()),
+        node: None,
         reason: reasons.join("; "),
         fields,
     })
@@ -162,6 +164,7 @@ fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) ->
         action: Action::Remove,
         target: target::component(&live.component.instance),
         system: live.component.system.as_ref().map(|s| s.name.clone()),
+        node: None,
         reason,
         fields: details::live(live),
     })
@@ -228,6 +231,7 @@ fn waits<'a>(
         action,
         target: target::component(id.instance),
         system: Some(want.system.name.clone()),
+        node: None,
         reason,
         fields,
     };
@@ -253,6 +257,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             action: Action::Add,
             target: target::connector(key.1),
             system: Some(wait.system.name.clone()),
+            node: None,
             reason: "is not connected".to_owned(),
             fields: facts
                 .links
@@ -270,6 +275,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             },
             target: target::connector(&join.connector.spec.name),
             system: Some(join.system.name.clone()),
+            node: None,
             reason: join.reason.clone(),
             fields: details::joined(facts, join),
         });
@@ -280,6 +286,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
                 action: Action::Remove,
                 target: target::connector(&cut.connector.name),
                 system: cut.system.map(|system| system.name.clone()),
+                node: None,
                 reason: cut.reason.clone(),
                 fields: details::connector(cut.connector),
             };

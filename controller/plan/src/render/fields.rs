@@ -15,7 +15,8 @@ pub fn details(plan: &Plan) -> Vec<Change> {
     let mut made = BTreeMap::new();
     for step in &plan.steps {
         let system = step.system.as_ref().map(|s| s.name.as_str());
-        let key = (step.target.as_str(), system);
+        let node = matches!(step.work, Work::StartManager { .. }).then_some(step.node.as_str());
+        let key = (step.target.as_str(), system, node);
         if wanted.contains_key(&key)
             && let Some(fields) = fields(step)
         {
@@ -38,8 +39,9 @@ fn is_bare(change: &Change) -> bool {
     change.action == Action::Add && change.fields.is_empty()
 }
 
-fn key_of(change: &Change) -> (&str, Option<&str>) {
-    (change.target.as_str(), change.system.as_deref())
+fn key_of(change: &Change) -> (&str, Option<&str>, Option<&str>) {
+    let (system, node) = (change.system.as_deref(), change.node.as_deref());
+    (change.target.as_str(), system, node)
 }
 
 /// What a step makes; none for one that makes nothing that people name.

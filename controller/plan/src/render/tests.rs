@@ -158,6 +158,7 @@ fn change(
         action,
         target: target.to_owned(),
         system: Some("hello".to_owned()),
+        node: target.starts_with("manager/").then(|| "local".to_owned()),
         reason: reason.to_owned(),
         fields: fields.collect(),
     }
