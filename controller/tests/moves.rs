@@ -230,6 +230,5 @@ async fn what_a_ledger_has_as_the_restored_store_would_write_it_needs_nobodys_wo
     let cluster = meets(cluster, restored(backup, 2, false));
     tokio::time::sleep(Duration::from_secs(10)).await;
     assert!(local.incarnations().contains_key("Sine0"));
-    let left = cluster.stored().systems["hello"].left.clone();
-    assert_eq!(left.keys().collect::<Vec<_>>(), ["Printer0"]);
+    assert!(cluster.stored().systems["hello"].left.is_empty());
 }
