@@ -214,7 +214,10 @@ async fn a_restored_store_makes_nothing_that_may_run_on_a_node_that_has_not_told
     assert_eq!(local.incarnations()["Sine0"], sine);
     let mut waiting = system.status.waiting_on.iter();
     let waiting = waiting.find(|w| w.target == "component/Printer0").unwrap();
-    assert!(waiting.reason.contains("--forget-node robot"), "{waiting:?}");
+    assert!(
+        waiting.reason.contains("--forget-node robot"),
+        "{waiting:?}"
+    );
     // What is seen where it belongs is nowhere else.
     let left = cluster.stored().systems["hello"].left.clone();
     assert_eq!(left.keys().collect::<Vec<_>>(), ["Printer0"]);

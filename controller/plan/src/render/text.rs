@@ -80,7 +80,11 @@ impl Text<'_> {
             }
             let node = |c: &'_ Change| match c.node.as_deref() {
                 Some(node) => node.to_owned(),
-                None => nodes.get(c.target.as_str()).copied().unwrap_or_default().to_owned(),
+                None => nodes
+                    .get(c.target.as_str())
+                    .copied()
+                    .unwrap_or_default()
+                    .to_owned(),
             };
             let widest = |of: &dyn Fn(&Change) -> usize| {
                 let widths = changes.iter().map(|c| of(c));

@@ -197,15 +197,18 @@ fn what_may_still_run_on_another_node_is_made_by_a_controller_alone() {
     let mut story = applied(on_two_nodes(&["A", "B", "C", "D"], orders));
     let of = |story: &Story, only: &[&str], may: bool| {
         let (mut desired, mut observed) = (story.world.desired(), story.world.observed());
-        desired.nodes.retain(|node, _| only.contains(&node.as_str()));
-        observed.nodes.retain(|node, _| only.contains(&node.as_str()));
+        desired
+            .nodes
+            .retain(|node, _| only.contains(&node.as_str()));
+        observed
+            .nodes
+            .retain(|node, _| only.contains(&node.as_str()));
         let part = &mut desired.nodes.get_mut("two").unwrap().systems[0];
         let there = Elsewhere {
             node: "one".to_owned(),
             required: true,
         };
-        part.elsewhere
-            .extend(may.then(|| ("B".to_owned(), there)));
+        part.elsewhere.extend(may.then(|| ("B".to_owned(), there)));
         plan(&desired, &observed, &Blocked::new())
     };
     let mut text = told(&of(&story, &["two"], true), "Create");
@@ -227,7 +230,10 @@ fn what_may_still_run_on_another_node_is_made_by_a_controller_alone() {
     story.turn();
     let done = of(&story, &["two"], true);
     assert!(done.is_empty() && done.waiting_on.is_empty(), "{done}");
-    story.world.components_mut().for_each(|c| c.state = LifeCycleState::Inactive);
+    story
+        .world
+        .components_mut()
+        .for_each(|c| c.state = LifeCycleState::Inactive);
     let awake = told(&of(&story, &["two"], true), "Activate");
     assert!(awake.contains("Activate B"), "{awake}");
 }
