@@ -29,7 +29,7 @@ pub(crate) struct View {
     pub responsive: bool,
     /// Since when it has not answered.
     pub silent: Option<Duration>,
-    /// It has never said what it holds.
+    /// It does not say what it holds, and may hold more than was seen last.
     pub unseen: bool,
     pub inventory: ManagerInventory,
 }

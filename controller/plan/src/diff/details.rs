@@ -85,6 +85,7 @@ pub(super) fn end_with_source<'a>(
                 action: Action::Remove,
                 target: target::connector(&observed.name),
                 system: live.component.system.as_ref().map(|s| s.name.clone()),
+                node: None,
                 reason: format!("ends with its source {}", id.instance),
                 fields: connector(observed),
             });
