@@ -131,7 +131,9 @@ pub fn end(world: &World, begun: &Begun) {
         Fault::DiskSlow { host, delay, .. } => match world.nodes.get(host) {
             Some(node) => {
                 let slow = others.iter().filter_map(|other| match other {
-                    Fault::DiskSlow { host: at, delay, .. } if at == host => Some(*delay),
+                    Fault::DiskSlow {
+                        host: at, delay, ..
+                    } if at == host => Some(*delay),
                     _ => None,
                 });
                 node.disk.slow(slow.max());
@@ -140,7 +142,9 @@ pub fn end(world: &World, begun: &Begun) {
         },
         Fault::Misbehaves { instance, .. } => {
             let how = others.iter().rev().find_map(|other| match other {
-                Fault::Misbehaves { instance: of, how, .. } if of == instance => Some(*how),
+                Fault::Misbehaves {
+                    instance: of, how, ..
+                } if of == instance => Some(*how),
                 _ => None,
             });
             for node in world.nodes.values() {
@@ -149,7 +153,8 @@ pub fn end(world: &World, begun: &Begun) {
         }
         fault => {
             // The store counts by itself.
-            let of_store = matches!(fault, Fault::DiskFails { host, .. } if !world.nodes.contains_key(host));
+            let of_store =
+                matches!(fault, Fault::DiskFails { host, .. } if !world.nodes.contains_key(host));
             if of_store || !others.iter().any(|other| same(fault, other)) {
                 fails(world, fault, false);
             }

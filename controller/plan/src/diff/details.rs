@@ -110,6 +110,7 @@ pub(super) fn left_ends(facts: &Facts<'_>, down: &Down<'_>, changes: &mut Vec<Ch
         let change = Change {
             action: Action::Remove,
             target,
+            node: None,
             system,
             reason: end.reason.clone(),
             fields: Vec::new(),

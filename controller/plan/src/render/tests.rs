@@ -325,14 +325,23 @@ fn managers_of_one_name_on_two_nodes_are_told_apart() {
     let mut other = plan.steps.iter().find(is_start).unwrap().clone();
     other.node = "arm".to_owned();
     plan.steps.push(other);
-    let added = plan.changes.iter().find(|c| c.target == "manager/hello.main");
+    let added = plan
+        .changes
+        .iter()
+        .find(|c| c.target == "manager/hello.main");
     let mut added = vec![added.unwrap().clone(); 2];
     added[0].node = Some("arm".to_owned());
     plan.changes = added;
     let text = render(&plan);
     let lines: Vec<&str> = text.lines().take(2).collect();
-    assert!(lines[0].contains("arm") && !lines[0].contains("local"), "{text}");
-    assert!(lines[1].contains("local") && !lines[1].contains("arm"), "{text}");
+    assert!(
+        lines[0].contains("arm") && !lines[0].contains("local"),
+        "{text}"
+    );
+    assert!(
+        lines[1].contains("local") && !lines[1].contains("arm"),
+        "{text}"
+    );
 }
 
 #[test]
