@@ -1,6 +1,6 @@
 //! The batches that run and those that ended lately: their results can be read again by the id of their plan.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -8,7 +8,9 @@ use bytes::Bytes;
 use futures_util::{Stream, StreamExt, stream};
 use rts_agent_api::messages::{Batch, BatchEvent, GateReport};
 use rts_http::problem::Problem;
+use rts_plan::Unfinished;
 use tokio::sync::{mpsc, watch};
+use tokio::time::Instant;
 
 use crate::agent::Agent;
 use crate::events::lock;
@@ -23,6 +25,8 @@ const MAX_RUNNING: usize = 8;
 const MAX_ENDED: usize = 16;
 /// Most steps of a batch.
 const MAX_STEPS: usize = 100_000;
+/// A batch that runs for longer gets another one beside it, when the agent has something else to heal.
+const LONG: Duration = Duration::from_secs(1);
 /// Longest deadline of a batch.
 pub(crate) const MAX_DEADLINE: Duration = Duration::from_secs(24 * 3600);
 /// Most words that wait for a batch.
@@ -42,6 +46,7 @@ struct Known {
 /// One batch and its results.
 pub(crate) struct Entry {
     batch: Batch,
+    since: Instant,
     words: mpsc::Sender<Word>,
     events: Mutex<Vec<BatchEvent>>,
     /// Number of events; rings when it grows.
@@ -68,9 +73,32 @@ impl Entry {
             .await;
     }
 
+    /// True once it has ended.
+    pub fn is_over(&self) -> bool {
+        lock(&self.events).last() == Some(&BatchEvent::End)
+    }
+
     /// The results so far.
     pub fn results(&self) -> Vec<BatchEvent> {
         lock(&self.events).clone()
+    }
+
+    /// Its steps that have not ended.
+    fn unfinished(&self) -> Vec<Unfinished> {
+        let (mut started, mut ended) = (BTreeSet::new(), BTreeSet::new());
+        for event in lock(&self.events).iter() {
+            match event {
+                BatchEvent::Started { step } => drop(started.insert(*step)),
+                BatchEvent::Finished { step, .. } => drop(ended.insert(*step)),
+                _ => {}
+            }
+        }
+        let open = self.batch.steps.iter().filter(|s| !ended.contains(&s.id));
+        let open = open.map(|step| Unfinished {
+            started: started.contains(&step.id),
+            step: step.clone(),
+        });
+        open.collect()
     }
 
     /// The results from the first on, until the batch has ended.
@@ -131,10 +159,17 @@ impl Batches {
         }
     }
 
-    /// True while a batch runs.
-    pub fn is_busy(&self) -> bool {
+    /// What the batches that run have still to do; none when another one cannot begin beside them: there are two, or one
+    /// has not run for long.
+    pub fn beside(&self) -> Option<Vec<Unfinished>> {
         let known = lock(&self.0);
-        known.batches.len() > known.ended.len()
+        let runs = |(id, _): &(&String, &Arc<Entry>)| !known.ended.contains(id);
+        let running: Vec<_> = known.batches.iter().filter(runs).collect();
+        let mut running = running.into_iter().map(|(_, entry)| entry);
+        if running.len() > 1 || running.clone().any(|entry| entry.since.elapsed() < LONG) {
+            return None;
+        }
+        Some(running.next().map_or(Vec::new(), |e| e.unfinished()))
     }
 
     /// Passes on news of other nodes' steps.
@@ -244,6 +279,7 @@ impl Agent {
             words,
             events: Mutex::default(),
             grown: watch::Sender::new(0),
+            since: Instant::now(),
             batch,
         });
         self.batches.add(&entry)?;

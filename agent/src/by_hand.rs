@@ -113,6 +113,7 @@ impl Agent {
     ) -> Result<(), Problem> {
         load(manager, &request.type_name, module).await?;
         self.mark_log(manager, &request).await;
+        crate::events::lock(&manager.seen).made += 1;
         let created = manager.link.call(RequestBody::Create(request), LIMIT).await;
         created.map(drop).map_err(link)
     }

@@ -16,11 +16,12 @@ use rts_agent_api::session::AgentEvent;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{Inventory, NodeObserved, Observed};
 use rts_plan::plan::{Step, StepId};
-use rts_plan::{plan, target};
-use tokio::time::sleep;
+use rts_plan::{beside, plan, target};
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep};
 
 use crate::agent::Agent;
-use crate::batches::MAX_DEADLINE;
+use crate::batches::{Entry, MAX_DEADLINE};
 use crate::events::lock;
 
 pub(crate) use back_off::BackOff;
@@ -34,57 +35,82 @@ const DEADLINE: Duration = Duration::from_secs(120);
 /// Most steps at once.
 const PARALLELISM: u32 = 16;
 
+/// A batch of the agent's own.
+struct Healing {
+    entry: Arc<Entry>,
+    /// What its steps are about.
+    targets: BTreeMap<StepId, String>,
+}
+
 /// Heals for as long as the agent runs.
 pub(crate) async fn keep(agent: Arc<Agent>) {
     let Some(after) = agent.config.heal_after else {
         return;
     };
+    let mut healings: Vec<Healing> = Vec::new();
     loop {
         sleep(LOOK).await;
+        let (over, open) = healings.into_iter().partition(|h| h.entry.is_over());
+        healings = open;
+        let over: Vec<Healing> = over;
+        for healing in over {
+            remember(&agent, &healing.targets, healing.entry.results());
+        }
         if agent.lease.is_free(after) {
-            heal(&agent, after).await;
+            healings.extend(heal(&agent, after).await);
         } else {
             lock(&agent.failures).clear();
         }
     }
 }
 
-async fn heal(agent: &Arc<Agent>, after: Duration) {
-    let Some(spec) = agent.ledger.lock().await.held().cloned() else {
-        return;
-    };
+/// Begins what is to be done and can be done beside what is under way: that may wait on purpose.
+async fn heal(agent: &Arc<Agent>, after: Duration) -> Option<Healing> {
+    let spec = agent.ledger.lock().await.held().cloned()?;
+    // Before looking at what is there: what ends meanwhile may not be seen yet.
+    let open = agent.batches.beside()?;
+    let now = |seen| beside(&steps(agent, &spec, seen), &open);
     // What was seen last is enough to see that nothing is to be done, but not to act upon.
-    if agent.batches.is_busy() || steps(agent, &spec, agent.inventory.last()).is_empty() {
-        return;
+    if now(agent.inventory.last()).is_empty() {
+        return None;
     }
-    let steps = steps(agent, &spec, agent.observe().await);
-    let mut signs = agent.lease.signs();
+    let steps = now(agent.observe().await);
+    let signs = agent.lease.signs();
     if steps.is_empty() || !agent.lease.is_free(after) {
-        return;
+        return None;
     }
     agent.events.push(told(agent, steps.len()));
     let deadline = DEADLINE + patience(&steps, &agent.policies());
     let plan_id = format!("heal-{}", agent.inputs.chance.uuid());
+    let targets = targets(&steps);
     let batch = batch(&spec, plan_id.clone(), steps, deadline.min(MAX_DEADLINE));
-    let targets = targets(&batch.steps);
     let entry = match agent.submit(batch).await {
         Ok(entry) => entry,
         // A newer spec has just come.
         Err(e) => {
             tracing::warn!("cannot heal: {e}");
-            return;
+            return None;
         }
     };
+    tokio::spawn(give_way(agent.clone(), plan_id, entry.clone(), signs));
+    Some(Healing { entry, targets })
+}
+
+/// Drops what is left of a batch as soon as a controller is heard of.
+async fn give_way(
+    agent: Arc<Agent>,
+    plan_id: String,
+    entry: Arc<Entry>,
+    mut signs: watch::Receiver<Instant>,
+) {
     tokio::select! {
         biased;
         () = entry.over() => {}
         _ = signs.changed() => {
             let reason = "a controller is there again; it decides";
             agent.batches.cancel(&plan_id, reason).await;
-            entry.over().await;
         }
     }
-    remember(agent, &targets, entry.results());
 }
 
 /// What is to be done now.

@@ -184,7 +184,10 @@ async fn dies(manager: &Manager, patience: Duration) -> bool {
 }
 
 async fn ask(manager: &Manager) -> View {
-    let answered = lock(&manager.seen).responsive;
+    let (answered, made) = {
+        let seen = lock(&manager.seen);
+        (seen.responsive, seen.made)
+    };
     let limit = if answered { ANSWER } else { ANSWER_SILENT };
     let answer = manager
         .link
@@ -195,7 +198,7 @@ async fn ask(manager: &Manager) -> View {
     let dies = answer.is_err() && dies(manager, patience).await;
     let mut seen = lock(&manager.seen);
     match answer {
-        Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory),
+        Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory, made),
         // That it has died is told by its end alone.
         _ if dies => {}
         _ => seen.responsive = false,
@@ -207,7 +210,7 @@ async fn ask(manager: &Manager) -> View {
         started: manager.started.get().cloned().unwrap_or_default(),
         responsive: seen.responsive,
         silent: None,
-        unseen: !seen.responsive && !seen.answered,
+        unseen: !seen.responsive && seen.may_hold_more(),
         inventory: seen.inventory.clone(),
     }
 }

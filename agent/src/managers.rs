@@ -66,6 +66,10 @@ pub(crate) struct Seen {
     pub inventory: ManagerInventory,
     /// Incarnations that it said it has deleted, and that an answer from before may still hold.
     pub deleted: BTreeSet<String>,
+    /// Components that it was asked to make.
+    pub made: u64,
+    /// How many of them it had been asked for when it was asked what it holds, and answered.
+    pub told: u64,
 }
 
 impl Seen {
@@ -82,8 +86,16 @@ impl Seen {
         }
     }
 
-    /// It answered. Answers come in the order of the questions, so what one no longer holds comes in no later one.
-    pub fn keep(&mut self, mut inventory: ManagerInventory) {
+    /// True while it may hold what is not in its contents: it has said nothing yet, or nothing since it was asked to make
+    /// something.
+    pub fn may_hold_more(&self) -> bool {
+        !self.answered || self.told < self.made
+    }
+
+    /// It answered, after it had been asked to make so many. Answers come in the order of the questions, so what one no
+    /// longer holds comes in no later one.
+    pub fn keep(&mut self, mut inventory: ManagerInventory, made: u64) {
+        self.told = self.told.max(made);
         let still = |gone: &String| inventory.components.iter().any(|c| c.incarnation == *gone);
         self.deleted.retain(still);
         inventory
@@ -167,6 +179,8 @@ impl Manager {
                     components: Vec::new(),
                 },
                 deleted: BTreeSet::new(),
+                made: 0,
+                told: 0,
             }),
             stopping: AtomicBool::new(false),
             end: watch::Sender::new(End::No),

@@ -6,9 +6,9 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe, diff,
-    disconnect, docs, down, events, explain, export, fmt, get, logs, manager, plan, reset, schema, teardown, up,
-    version,
+    activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
+    diff, disconnect, docs, down, events, explain, export, fmt, get, logs, manager, plan, reset,
+    schema, teardown, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;

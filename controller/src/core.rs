@@ -299,5 +299,6 @@ fn settled(record: &SystemRecord) -> Settled {
         generation: record.generation,
         places: record.places.clone(),
         nodes: nodes.cloned().collect(),
+        left: record.left.clone(),
     }
 }

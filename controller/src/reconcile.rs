@@ -114,6 +114,7 @@ impl Reconciler {
         self.core.reserve_revisions().await;
         let mut desired = self.core.watch_desired();
         desired.mark_unchanged();
+        moved::trust(&self.core).await;
         let fenced = self.settling.settle();
         // Without an await between them, both speak of the same generations.
         let placed = self.core.place(None);
@@ -123,7 +124,7 @@ impl Reconciler {
         faults.extend(fenced);
         // What is seen from here on was there after the agents had stored what they are judged by.
         let observed = self.core.look(SLOW_TICK).await;
-        moved::seen(&self.core, &self.specs, &observed).await;
+        moved::seen(&self.core, &self.specs, &observed, &busy).await;
         let plan = self.plan(&placed, &observed, &busy, &long);
         let untold = self.specs.untold(&placed.desired, &faults);
         let planned = stamps

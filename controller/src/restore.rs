@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::home::{Home, HomeError};
-use crate::store::{Backup, BackupError, RedbStore, Restored, State, StoreError, numbers_of};
+use crate::store::{Backup, BackupError, RedbStore, State, StoreError, nodes_of, numbers_of};
 
 /// Why a backup was not restored. The store is as it was.
 #[derive(Debug, thiserror::Error)]
@@ -66,11 +66,8 @@ pub fn restore(root: &Path, file: &Path, take_over: bool) -> Result<Report, Rest
     state.epoch = state.epoch.max(old.epoch).saturating_add(1);
     state.revisions = state.revisions.max(old.revisions).max(by_time(now, 20));
     state.indexes = state.indexes.max(old.indexes).max(by_time(now, 4));
-    state.restored = Some(Restored {
-        at: now,
-        take_over,
-        settled: Default::default(),
-    });
+    let told = nodes_of(&path, &state.cluster_uid);
+    state.restore(now, take_over, told);
     let new = beside(&path, "restoring");
     remove(&new)?;
     let store = RedbStore::open(&new, &state.cluster_uid)?;
@@ -215,6 +212,27 @@ mod tests {
             "also where that store was lost"
         );
         assert!(by_time(Timestamp::UNIX_EPOCH, 20) == 0);
+    }
+
+    #[test]
+    fn the_nodes_of_the_store_that_it_replaces_are_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path().join("home");
+        let file = backup(folder.path(), 4);
+        restore(&home, &file, false).unwrap();
+        let node = Write::PutNode("arm".to_owned(), Default::default());
+        let path = home.join("state/controller.redb");
+        let store = RedbStore::open(&path, "other").unwrap();
+        store.write(std::slice::from_ref(&node)).unwrap();
+        drop(store);
+        restore(&home, &file, false).unwrap();
+        assert!(held(&home).nodes.contains_key("arm"));
+        let uid = Write::ClusterUid("stranger".to_owned());
+        let store = RedbStore::open(&path, "other").unwrap();
+        store.write(&[uid]).unwrap();
+        drop(store);
+        restore(&home, &file, false).unwrap();
+        assert!(held(&home).nodes.is_empty(), "another cluster's");
     }
 
     #[test]

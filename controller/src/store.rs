@@ -21,7 +21,7 @@ pub use self::durable::Durable;
 pub use self::memory::MemoryStore;
 pub use self::off_loop::OffLoop;
 pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
-pub use self::redb::{RedbStore, numbers_of};
+pub use self::redb::{RedbStore, nodes_of, numbers_of};
 
 /// Version of the tables. A store with a higher one is refused.
 pub const SCHEMA_VERSION: u32 = 3;

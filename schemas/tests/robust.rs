@@ -16,6 +16,7 @@ const TWIN: &str = include_str!("../../manifests/hello/system.yaml");
 const COMPONENT: &str = include_str!("component.xml");
 const COMPONENT_TWIN: &str = include_str!("component.yaml");
 const LAB: &str = include_str!("../../manifests/hello/lab.yaml");
+const BENCH: &str = include_str!("../../manifests/hello/bench.yaml");
 
 /// Everything that is done with a file; the laws that hold whatever it contains.
 fn attack(bytes: &[u8]) {
@@ -72,6 +73,10 @@ fn attack(bytes: &[u8]) {
         Ok(overlay) => {
             let (mut spec, _) = load("system.xml", SYSTEM.as_bytes(), None, &[]).unwrap();
             overlay::apply(&mut spec, &overlay);
+            assert_eq!(check::spec(&spec), Report::default());
+            let text = overlay::write(&overlay.deployment);
+            let again = overlay::read("f", text.as_bytes()).unwrap();
+            assert_eq!(overlay::write(&again.deployment), text);
         }
         Err(report) => assert!(report.has_errors()),
     }
@@ -244,6 +249,7 @@ proptest! {
     #[test]
     fn edits_of_an_overlay(edits in prop::collection::vec(edit(), 1..6)) {
         attack(&edited(LAB, &edits));
+        attack(&edited(BENCH, &edits));
     }
 }
 

@@ -70,6 +70,11 @@ impl Hosts {
         self.serving().controller = Some((life.clone(), Arc::clone(core)));
     }
 
+    /// The controller serves nobody any more, though it may go on.
+    pub fn controller_leaves(&self) {
+        self.serving().controller = None;
+    }
+
     /// The controller that serves now.
     pub fn controller(&self) -> Option<Arc<Core>> {
         let serving = self.serving();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use futures_util::future::BoxFuture;
 use jiff::Timestamp;
-use rts_controller::store::{Restored, State, Store, StoreError, SystemRecord, Write};
+use rts_controller::store::{State, Store, StoreError, SystemRecord, Write};
 use tokio::time::sleep;
 
 use crate::life::Life;
@@ -126,11 +126,7 @@ impl SimStore {
         // Well above all that was given out: the real one takes a number by the time.
         state.revisions = state.revisions.max(old.revisions) + (1 << 30);
         state.indexes = state.indexes.max(old.indexes) + 1000;
-        state.restored = Some(Restored {
-            at: now,
-            take_over,
-            settled: Default::default(),
-        });
+        state.restore(now, take_over, old.nodes.keys().cloned());
         let name = format!("store/{}", state.epoch);
         Self::holding(state, seed.stream(&name))
     }

@@ -188,6 +188,7 @@ async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result
         let agent = &verb.agent;
         agent.component_made(system, &request.instance, &manager.incarnation);
     }
+    lock(&manager.seen).made += 1;
     let call = manager
         .link
         .call(RequestBody::Create(request.clone()), verb.limit);

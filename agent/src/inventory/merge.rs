@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo, SystemId,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo,
+    SystemId,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory, LifeCycleState,
-    ManagerObserved, PortObserved,
+    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory,
+    LifeCycleState, ManagerObserved, PortObserved,
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
@@ -28,7 +29,7 @@ pub(crate) struct View {
     pub responsive: bool,
     /// Since when it has not answered.
     pub silent: Option<Duration>,
-    /// It has never said what it holds.
+    /// It does not say what it holds, and may hold more than was seen last.
     pub unseen: bool,
     pub inventory: ManagerInventory,
 }

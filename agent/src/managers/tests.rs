@@ -28,14 +28,38 @@ fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_doe
         responsive: false,
         inventory: holding(&["one"]),
         deleted: BTreeSet::new(),
+        made: 0,
+        told: 0,
     };
     seen.forget("A0");
     assert!(seen.inventory.components.is_empty());
-    seen.keep(holding(&["one"]));
+    seen.keep(holding(&["one"]), 0);
     assert!(seen.inventory.components.is_empty() && seen.responsive);
-    seen.keep(holding(&["two"]));
+    seen.keep(holding(&["two"]), 0);
     assert_eq!(seen.inventory.components.len(), 1);
     assert!(seen.deleted.is_empty(), "nothing is kept for ever");
+}
+
+#[test]
+fn what_was_to_be_made_since_it_was_asked_may_be_in_it() {
+    let mut seen = Seen {
+        answered: false,
+        responsive: true,
+        inventory: holding(&[]),
+        deleted: BTreeSet::new(),
+        made: 0,
+        told: 0,
+    };
+    assert!(seen.may_hold_more());
+    seen.keep(holding(&[]), 0);
+    assert!(!seen.may_hold_more());
+    seen.made += 1;
+    assert!(seen.may_hold_more());
+    // It was asked before.
+    seen.keep(holding(&[]), 0);
+    assert!(seen.may_hold_more());
+    seen.keep(holding(&["one"]), 1);
+    assert!(!seen.may_hold_more());
 }
 
 /// A family that dies when it may.

@@ -26,7 +26,8 @@ pub(super) struct Memory {
     told: u64,
 }
 
-/// True when nothing of a system has changed, but for a generation that was not told before.
+/// True when nothing of a system has changed, but for a generation that was not told before, and for where else its
+/// components may still run.
 fn is_same(before: &NodeSystem, now: &NodeSystem) -> bool {
     let generation = match before.generation {
         0 => now.generation,
@@ -34,9 +35,9 @@ fn is_same(before: &NodeSystem, now: &NodeSystem) -> bool {
     };
     let before = NodeSystem {
         generation,
-        ..before.clone()
+        ..before.settled()
     };
-    before == *now
+    before == now.settled()
 }
 
 fn identity(system: &SystemRef, instance: &str) -> Identity {

@@ -308,6 +308,14 @@ fn the_same_system_in_other_words_pardons_nobody() {
     // After the next start of the agent, too.
     memory.keep(&counted, None, &other);
     assert_eq!(held(&memory), ["A"]);
+    // Nor does it matter where else a component may still run.
+    let mut may = counted.clone();
+    let there = serde_json::json!({"A": {"node": "arm", "required": true}});
+    may.systems[0].elsewhere = serde_json::from_value(there).unwrap();
+    memory.keep(&may, Some(&counted), &Policies::of_spec(&may));
+    assert_eq!(held(&memory), ["A"]);
+    memory.keep(&counted, Some(&may), &other);
+    assert_eq!(held(&memory), ["A"]);
     // Applied again as it was, it is to be tried again.
     let before = counted.clone();
     counted.systems[0].generation = 8;

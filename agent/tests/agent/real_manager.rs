@@ -152,10 +152,14 @@ async fn an_in_port_end_is_unbound_only_when_nobody_is_connected_to_it() {
         };
         step(id, needs, "connector", work)
     };
-    let up = node.until(|i| ends(i).iter().any(|end| end.connected)).await;
+    let up = node
+        .until(|i| ends(i).iter().any(|end| end.connected))
+        .await;
     let source = ends(&up)[0].source.as_ref().map(ToString::to_string);
     assert_eq!(source.as_deref(), Some("Filter0.out"));
-    let outcomes = node.outcomes(&batch("connected", 1, vec![unbind(1, &[])])).await;
+    let outcomes = node
+        .outcomes(&batch("connected", 1, vec![unbind(1, &[])]))
+        .await;
     assert_eq!(outcomes, [(1, "ok".to_owned())]);
     assert_eq!(ends(&node.agent.inventory().await.unwrap()), ends(&up));
 
@@ -173,12 +177,16 @@ async fn an_in_port_end_is_unbound_only_when_nobody_is_connected_to_it() {
     ];
     let outcomes = node.outcomes(&batch("gone", 1, steps)).await;
     assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
-    let left = node.until(|i| ends(i).iter().all(|end| !end.connected)).await;
+    let left = node
+        .until(|i| ends(i).iter().all(|end| !end.connected))
+        .await;
     assert_eq!(ends(&left).len(), 1, "it stays without a source");
     let outcomes = node.outcomes(&batch("left", 1, vec![unbind(1, &[])])).await;
     assert_eq!(outcomes, [(1, "ok".to_owned())]);
     assert_eq!(ends(&node.agent.inventory().await.unwrap()), []);
     // Once more: it is so already.
-    let outcomes = node.outcomes(&batch("again", 1, vec![unbind(1, &[])])).await;
+    let outcomes = node
+        .outcomes(&batch("again", 1, vec![unbind(1, &[])]))
+        .await;
     assert_eq!(outcomes, [(1, "ok".to_owned())]);
 }

@@ -60,7 +60,7 @@ pub(crate) struct Decisions<'a> {
     /// Desired components that cannot be brought to their desired state now, and why.
     pub waits: Table<Id<'a>, String>,
     /// Desired components that are seen nowhere, and of which nobody can say that they are not there: a process of their
-    /// system that stays has not said what it holds. They wait.
+    /// system that stays has not said what it holds, or another node may still run them. They wait.
     pub unseen: BTreeSet<Id<'a>>,
     /// Processes that have to stop and cannot be stopped now, and why not.
     pub stuck: Table<Seat<'a>, (Stop, String)>,
@@ -128,7 +128,7 @@ impl<'a> Decider<'_, 'a> {
             .copied()
             .find(|live| self.facts.lives[*live].seat() == want.seat());
         if let Some(problem) = self.out_of_sight(want, instances) {
-            if self.may_hold(want).is_some() {
+            if self.may_hold(want).is_some() || self.may_run_elsewhere(want).is_some() {
                 self.out.unseen.insert(id);
             }
             return self.hold(id, problem);

@@ -42,12 +42,14 @@ pub struct NodeSystem {
     /// Orders of the whole system; names of other nodes' components may occur.
     #[serde(default)]
     pub orders: Orders,
-    /// Those of other nodes' components, by instance: who plans over this part alone cannot see them.
+    /// What who plans over this part alone cannot see, by instance: other nodes' components that these orders name, and
+    /// other nodes where a component of this part may still run, since it was moved from there and that node has not said
+    /// that it is gone. One of those is made by nobody but a controller, who can ask.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub elsewhere: BTreeMap<String, Elsewhere>,
 }
 
-/// A component of another node that the orders of a system name.
+/// A component that is, or may be, on another node.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct Elsewhere {
@@ -58,15 +60,30 @@ pub struct Elsewhere {
 }
 
 impl NodeSystem {
-    /// SHA-256 over its JSON, hexadecimal: names the very text of this part, whatever the generation of its system.
+    /// SHA-256 over its JSON, hexadecimal: names the very text of this part, whatever the generation of its system and
+    /// wherever its own components may still run.
     pub fn digest(&self) -> String {
-        if self.generation == 0 {
+        if self.generation == 0 && !self.may_run_elsewhere() {
             return crate::place::digest_of(self);
         }
         crate::place::digest_of(&Self {
             generation: 0,
-            ..self.clone()
+            ..self.settled()
         })
+    }
+
+    /// The same once none of its own components may run elsewhere.
+    pub fn settled(&self) -> Self {
+        let mut settled = self.clone();
+        for own in &self.components {
+            settled.elsewhere.remove(&own.spec.instance);
+        }
+        settled
+    }
+
+    fn may_run_elsewhere(&self) -> bool {
+        let mut own = self.components.iter();
+        !self.elsewhere.is_empty() && own.any(|c| self.elsewhere.contains_key(&c.spec.instance))
     }
 }
 

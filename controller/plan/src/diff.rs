@@ -91,6 +91,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
         },
         target: target::component(id.instance),
         system: Some(want.system.name.clone()),
+        node: None,
         reason: reason.to_owned(),
         fields,
     }
@@ -135,6 +136,7 @@ fn changed<'a>(
         action: Action::Change,
         target: target::component(id.instance),
         system: live.component.system.as_ref().map(|s| s.name.clone()),
+        node: None,
         reason: reasons.join("; "),
         fields,
     })
@@ -163,6 +165,7 @@ fn removed<'a>(facts: &Facts<'a>, decisions: &Decisions<'a>, live: &Live<'a>) ->
         action: Action::Remove,
         target: target::component(&live.component.instance),
         system: live.component.system.as_ref().map(|s| s.name.clone()),
+        node: None,
         reason,
         fields: details::live(live),
     })
@@ -229,6 +232,7 @@ fn waits<'a>(
         action,
         target: target::component(id.instance),
         system: Some(want.system.name.clone()),
+        node: None,
         reason,
         fields,
     };
@@ -254,6 +258,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             action: Action::Add,
             target: target::connector(key.1),
             system: Some(wait.system.name.clone()),
+            node: None,
             reason: "is not connected".to_owned(),
             fields: facts
                 .links
@@ -271,6 +276,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
             },
             target: target::connector(&join.connector.spec.name),
             system: Some(join.system.name.clone()),
+            node: None,
             reason: join.reason.clone(),
             fields: details::joined(facts, join),
         });
@@ -281,6 +287,7 @@ fn connectors(facts: &Facts<'_>, links: &Links<'_>, down: &Down<'_>, changes: &m
                 action: Action::Remove,
                 target: target::connector(&cut.connector.name),
                 system: cut.system.map(|system| system.name.clone()),
+                node: None,
                 reason: cut.reason.clone(),
                 fields: details::connector(cut.connector),
             };

@@ -90,6 +90,8 @@ pub(crate) struct Facts<'a> {
     pub orders: BTreeMap<&'a str, SystemOrders<'a>>,
     /// Components that the orders of a system name and that lie on nodes of which nothing is said here, by its uid.
     pub elsewhere: BTreeMap<&'a str, BTreeMap<&'a str, &'a Elsewhere>>,
+    /// Desired components that may still run on another node, of which nothing is said here.
+    pub may_run: Table<Id<'a>, &'a str>,
     /// Nodes that were told what to run.
     pub nodes: BTreeSet<&'a str>,
     /// Nodes with something to run, or to stop, that did not answer, and why.
@@ -212,7 +214,12 @@ impl<'a> Facts<'a> {
         let uid = part.system.uid.as_str();
         for (instance, there) in &part.elsewhere {
             let id = self.ids.get(uid, instance);
-            if id.is_none_or(|id| !self.wants.contains_key(&id)) {
+            let want = id.filter(|id| self.wants.contains_key(id));
+            if let Some(id) = want {
+                if !self.nodes.contains(there.node.as_str()) {
+                    self.may_run.insert(id, &there.node);
+                }
+            } else {
                 let others = self.elsewhere.entry(uid).or_default();
                 others.insert(instance, there);
             }

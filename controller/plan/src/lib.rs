@@ -21,6 +21,7 @@ pub mod restart;
 pub mod target;
 
 mod alone;
+mod beside;
 mod bring_up;
 mod critical_path;
 mod decide;
@@ -37,6 +38,7 @@ mod service;
 mod table;
 mod take_down;
 
+pub use beside::{Unfinished, beside};
 pub use check::{check_orders, cycle_pointer};
 pub use critical_path::{critical_path, nominal_micros};
 pub use drift::drift;

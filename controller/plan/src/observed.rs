@@ -77,8 +77,8 @@ pub struct ManagerObserved {
     pub started: String,
     /// False when it did not answer in time (stopped, hanging); its contents are then those last seen.
     pub responsive: bool,
-    /// True when it does not answer and never has since its agent knows it: what it holds is not known, and the contents
-    /// here, which are empty, say nothing.
+    /// True when it does not answer and may hold more than the contents here: it has never answered since its agent knows
+    /// it, or not since something was to be made in it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unseen: bool,
     /// Why its process must be replaced: something in it hangs for longer than its policy allows and asks for that

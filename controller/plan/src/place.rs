@@ -18,7 +18,7 @@ use crate::desired::{
     Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
 
-use self::elsewhere::elsewhere;
+use self::elsewhere::{elsewhere, may_still_run};
 pub use self::nodes::node_of_host;
 use self::nodes::{choose_nodes, hosts};
 
@@ -57,6 +57,8 @@ pub struct Settled {
     pub places: BTreeMap<String, String>,
     /// Nodes that it ever ran on: when it goes, each of them is told so.
     pub nodes: BTreeSet<String>,
+    /// Instance → nodes that it was moved away from and where it may still run.
+    pub left: BTreeMap<String, BTreeSet<String>>,
 }
 
 /// Result of [`place`].
@@ -197,6 +199,7 @@ fn place_system(
     for (node, mut part) in parts {
         if !system.deleting {
             part.elsewhere = elsewhere(&named, node);
+            may_still_run(&mut part, node, &settled.left);
         }
         node_spec(&mut placed.desired, node).systems.push(part);
     }

@@ -110,6 +110,9 @@ pub struct Change {
     /// System the target belongs to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub system: Option<String>,
+    /// Node of a manager: its system may have one of that name on each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
     /// Why.
     pub reason: String,
     /// The fields that differ.

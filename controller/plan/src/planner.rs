@@ -16,8 +16,10 @@
 //! - A process that does not answer and in which nothing is wanted is stopped, without a word to its components; one
 //!   that has expired is stopped in the same way, and started again.
 //! - The end of a connector at an in-port goes when no desired connector asks for it and its source is gone.
-//! - What a process holds that does not answer and never has is unknown, not empty: nothing of its system that is seen
+//! - What a process holds that does not answer, and has not since something was to be made in it, is unknown: nothing of
+//!   its system that is seen
 //!   nowhere is made, since it may be in there, until that process answers or is gone.
+//! - A component that was moved and may still run on a node that cannot be asked here is not made.
 //! - With `onDisconnect` other than `keep` a component is Active only with all its data connectors ([`crate::peers`]).
 //! - What a person changed by hand is put back or left, as `rtsctl.drift` says ([`mod@crate::drift`]); what is left is no
 //!   difference.

@@ -120,6 +120,7 @@ impl Own<'_> {
                     action: Action::Change,
                     target: target.to_owned(),
                     system: Some(self.name.to_owned()),
+                    node: None,
                     reason: REASON.to_owned(),
                     fields,
                 });

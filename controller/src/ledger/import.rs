@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::Timestamp;
 use rts_plan::Placed;
-use rts_plan::desired::{NodeSpec, NodeSystem};
+use rts_plan::desired::{Elsewhere, NodeSpec, NodeSystem};
 use rts_schemas::system::{Orders, SystemSpec};
 
 use crate::store::{SystemRecord, Write};
@@ -164,6 +164,10 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
         }
     }
     record.settle(places);
+    for placed in &part.components {
+        let instance = &placed.spec.instance;
+        settle_left(&mut record, instance, part.elsewhere.get(instance));
+    }
     for placed in &part.connectors {
         let connector = placed.spec.clone();
         let all = &mut record.spec.connectors;
@@ -179,6 +183,18 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
         import.adopted.insert(name.clone());
     }
     import.records.insert(name.clone(), record);
+}
+
+/// What a ledger has, no other node may have made meanwhile: none is told to before that ledger has it no longer. Where the
+/// component may still have been running when the ledger was written is in it.
+fn settle_left(record: &mut SystemRecord, instance: &str, there: Option<&Elsewhere>) {
+    let Some(there) = there else {
+        record.left.remove(instance);
+        return;
+    };
+    record.nodes.insert(there.node.clone());
+    let left = record.left.entry(instance.to_owned()).or_default();
+    left.insert(there.node.clone());
 }
 
 /// A part without components: its system was being taken down, and that goes on, in the order of its shutdown.

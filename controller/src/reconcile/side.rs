@@ -3,53 +3,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_plan::plan::{Plan, Step, Work};
+use rts_plan::plan::{Plan, Step};
 
 use super::by_system::by_system;
 
-/// A step that a run has not finished.
-#[derive(Debug, Clone)]
-pub struct Unfinished {
-    /// What.
-    pub step: Step,
-    /// It has started.
-    pub started: bool,
-}
+pub use rts_plan::Unfinished;
 
 /// The part of a system's plan that touches nothing of a run's unfinished steps and needs nothing that does. None when
 /// nothing is left.
 pub fn beside(plan: &Plan, unfinished: &[Unfinished]) -> Option<Plan> {
-    let blocker = |step: &Step| unfinished.iter().find(|other| touch(step, &other.step));
-    // A start order is kept when the very step that is to start before has started. What waits for a step's end waits
-    // on: it is in a later plan once that has ended.
-    let begun = |step: &Step| {
-        let same = |u: &&Unfinished| {
-            u.started && u.step.target == step.target && u.step.work.kind() == step.work.kind()
-        };
-        unfinished.iter().any(|other| same(&other))
-    };
-    let begun: Vec<_> = plan
-        .steps
-        .iter()
-        .filter(|s| begun(s))
-        .map(|s| s.id)
-        .collect();
-    let free = plan.steps.iter().filter(|step| blocker(step).is_none());
-    let steps = free.map(|step| {
-        let mut step = step.clone();
-        step.after_start_of.retain(|id| !begun.contains(id));
-        step.because.retain(|why| !begun.contains(&why.step));
-        for limit in &mut step.limits {
-            limit.steps.retain(|id| !begun.contains(id));
-        }
-        step.limits.retain(|limit| !limit.steps.is_empty());
-        step
-    });
     let free = Plan {
-        steps: steps.collect(),
+        steps: rts_plan::beside(&plan.steps, unfinished),
         ..Plan::default()
     };
-    // Leaves out what needs a step that is not there.
     by_system(&free).into_values().next()
 }
 
@@ -68,27 +34,10 @@ pub fn free(
     free.flat_map(|plan| plan.steps).collect()
 }
 
-/// True when two steps cannot be under way at once.
-fn touch(one: &Step, other: &Step) -> bool {
-    let process = |step: &Step| {
-        matches!(
-            step.work,
-            Work::StartManager { .. }
-                | Work::StopManager { .. }
-                | Work::LoadModule { .. }
-                | Work::UnloadModule { .. }
-        )
-    };
-    let managers = one.work.manager().zip(other.work.manager());
-    let same_manager = managers.is_some_and(|(one, other)| one == other);
-    one.node == other.node
-        && (one.target == other.target || same_manager && (process(one) || process(other)))
-}
-
 #[cfg(test)]
 mod tests {
     use rts_plan::desired::{ManagerKey, SystemRef};
-    use rts_plan::plan::{Limit, OnTimeout, StepId};
+    use rts_plan::plan::{Limit, OnTimeout, StepId, Work};
 
     use super::*;
 

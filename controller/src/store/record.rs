@@ -37,7 +37,8 @@ pub struct SystemRecord {
     /// Instance → node that was chosen for it when this spec was admitted, or taken in.
     #[serde(default)]
     pub places: BTreeMap<String, String>,
-    /// Instance → nodes that it was moved away from and that were not seen without it since.
+    /// Instance → nodes that it was moved away from, or may have been while this store did not know it, and that were not
+    /// seen without it since.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left: BTreeMap<String, BTreeSet<String>>,
 }
@@ -135,6 +136,34 @@ pub enum Write {
 }
 
 impl State {
+    /// It is of a backup. What it says of places is of yesterday: each component may run on any node that it knows, or
+    /// that the store in whose place it comes has told something.
+    pub fn restore(
+        &mut self,
+        at: Timestamp,
+        take_over: bool,
+        told: impl IntoIterator<Item = String>,
+    ) {
+        for node in told {
+            self.nodes.entry(node).or_default();
+        }
+        self.restored = Some(Restored {
+            at,
+            take_over,
+            settled: BTreeSet::new(),
+        });
+        let ran = self.systems.values().flat_map(|record| &record.nodes);
+        let nodes: BTreeSet<String> = ran.chain(self.nodes.keys()).cloned().collect();
+        let records = self.systems.values_mut();
+        for record in records.filter(|record| record.deleted.is_none()) {
+            for (instance, place) in &record.places {
+                let left = record.left.entry(instance.clone()).or_default();
+                left.extend(nodes.iter().filter(|node| *node != place).cloned());
+            }
+            record.left.retain(|_, nodes| !nodes.is_empty());
+        }
+    }
+
     /// The changes that make a new store hold this.
     pub fn writes(&self) -> Vec<Write> {
         let systems = self.systems.values();

@@ -6,10 +6,12 @@ mod file;
 mod migrate;
 mod rows;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use redb::{Database, Error, ReadableDatabase, ReadableTable};
+use serde::de::IgnoredAny;
 
 use self::rows::{
     CLUSTER_UID, Change, EPOCH, INDEXES, META, NODES, PROBE, RESTORED, REVISIONS, SYSTEMS,
@@ -129,6 +131,20 @@ pub fn numbers_of(path: &Path) -> Option<Numbers> {
     let database = file::reopen(path).ok()?;
     let transaction = database.begin_read().ok()?;
     numbers(&transaction.open_table(META).ok()?).ok()
+}
+
+/// The nodes that the store in a file has told something; none when it cannot be read, or is another cluster's.
+pub fn nodes_of(path: &Path, cluster_uid: &str) -> BTreeSet<String> {
+    let read = || {
+        let database = file::reopen(path).ok()?;
+        let transaction = database.begin_read().ok()?;
+        let meta = transaction.open_table(META).ok()?;
+        let cluster: String = rows::get(&meta, CLUSTER_UID).ok()??;
+        let nodes = transaction.open_table(NODES).ok()?;
+        let nodes = rows::all::<IgnoredAny>(&nodes).ok();
+        nodes.filter(|_| cluster == cluster_uid)
+    };
+    read().unwrap_or_default().into_keys().collect()
 }
 
 impl RedbStore {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::fleet::stores::{meets, restored};
 use crate::fleet::{Cluster, FakeAgent, FakeFleet, greeting, systems};
 use rts_controller::store::MemoryStore;
 use rts_controller_api::objects::Phase;
@@ -151,4 +152,82 @@ async fn an_apply_that_waits_for_a_slow_agent_holds_up_no_other() {
     );
     let failed = slow.await.unwrap().unwrap_err();
     assert_eq!(failed.code, "node-not-ready");
+}
+
+/// What the agent's ledger says of where Printer0 may still run.
+fn told(agent: &FakeAgent) -> Option<String> {
+    let state = agent.state.lock().unwrap();
+    let spec = &state.spec.as_ref()?.spec;
+    let mut parts = spec.systems.iter();
+    let there = parts.find_map(|part| part.elsewhere.get("Printer0"))?;
+    Some(there.node.clone())
+}
+
+/// The robot is back: what it has ends there before it is made here, and nobody remembers it any more.
+async fn back(mut cluster: Cluster, local: &FakeAgent, robot: &FakeAgent) {
+    robot.silence(false);
+    cluster.join("robot", "back");
+    cluster.until_phase("hello", Phase::Converged).await;
+    assert!(local.incarnations().contains_key("Printer0"));
+    assert!(robot.incarnations().is_empty());
+    tokio::time::sleep(Duration::from_secs(10)).await;
+    assert!(cluster.stored().systems["hello"].left.is_empty());
+    assert_eq!(told(local), None);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_new_node_is_told_where_a_component_may_still_run_and_so_is_a_restored_store() {
+    let (cluster, local, robot) = two_nodes(spec(Some("robot"), None)).await;
+    let mut backup = cluster.stored();
+    silent(&robot).await;
+    cluster.apply(spec(None, None)).await;
+    cluster.until_phase("hello", Phase::Degraded).await;
+    assert_eq!(told(&local).as_deref(), Some("robot"));
+    // It is of before hello was applied, and knows nobody.
+    backup.systems.clear();
+    backup.nodes.clear();
+    let cluster = meets(cluster, restored(backup, 2, false));
+    tokio::time::sleep(Duration::from_secs(10)).await;
+    assert!(!local.incarnations().contains_key("Printer0"));
+    assert_eq!(told(&local).as_deref(), Some("robot"));
+    back(cluster, &local, &robot).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_restored_store_makes_nothing_that_may_run_on_a_node_that_has_not_told_since() {
+    let (cluster, local, robot) = two_nodes(spec(Some("robot"), None)).await;
+    cluster.apply(spec(None, None)).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let backup = cluster.stored();
+    cluster.apply(spec(Some("robot"), None)).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    silent(&robot).await;
+    let sine = local.incarnations()["Sine0"].clone();
+    let cluster = meets(cluster, restored(backup, 2, true));
+    let system = cluster.until_phase("hello", Phase::Degraded).await;
+    tokio::time::sleep(Duration::from_secs(10)).await;
+    assert!(!local.incarnations().contains_key("Printer0"));
+    assert_eq!(local.incarnations()["Sine0"], sine);
+    let mut waiting = system.status.waiting_on.iter();
+    let waiting = waiting.find(|w| w.target == "component/Printer0").unwrap();
+    assert!(
+        waiting.reason.contains("--forget-node robot"),
+        "{waiting:?}"
+    );
+    // What is seen where it belongs is nowhere else.
+    let left = cluster.stored().systems["hello"].left.clone();
+    assert_eq!(left.keys().collect::<Vec<_>>(), ["Printer0"]);
+    back(cluster, &local, &robot).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_a_ledger_has_as_the_restored_store_would_write_it_needs_nobodys_word() {
+    let (cluster, local, robot) = two_nodes(spec(Some("robot"), None)).await;
+    let backup = cluster.stored();
+    silent(&robot).await;
+    local.kill("hello.main");
+    let cluster = meets(cluster, restored(backup, 2, false));
+    tokio::time::sleep(Duration::from_secs(10)).await;
+    assert!(local.incarnations().contains_key("Sine0"));
+    assert!(cluster.stored().systems["hello"].left.is_empty());
 }

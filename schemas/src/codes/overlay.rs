@@ -60,20 +60,6 @@ ignored. An instance name that is not there is an error (unknown-instance).
 Mend the name, or remove the lines.",
     },
     Code {
-        code: "unknown-parameter",
-        title: "a configuration set has no such parameter in the profile",
-        explain: "\
-An overlay gives a value to a parameter that the profile does not list in this set, though it lists others. The value is
-sent all the same, since the component may know more than its profile says; if it does not, it refuses the value and does
-not start.
-
-    configuration:
-      sets:
-        default: { frequenzy: 2.0 }     # frequency
-
-Mend the name. A parameter that the component does know can be added to the profile.",
-    },
-    Code {
         code: "not-carried-out",
         title: "the setting is kept, but this version does not act on it yet",
         explain: "\

@@ -42,12 +42,20 @@ Mend the word, or add the constraint.",
     },
     Code {
         code: "unknown-parameter",
-        title: "a constraint, widget or type is said of a parameter that is not there",
+        title: "a parameter is named that is not there",
         explain: "\
 `__constraints__`, `__widget__` and `__type__` speak of parameters by name, and no configuration set has this one. After a
 parameter was renamed, its constraint guards nothing.
 
-Mend the name, or remove the entry.",
+An overlay may give a value to a parameter that the profile does not list in this set, though it lists others. The value is
+sent all the same, since the component may know more than its profile says; if it does not, it refuses the value and does
+not start.
+
+    configuration:
+      sets:
+        default: { frequenzy: 2.0 }     # frequency
+
+Mend the name, or remove the entry. A parameter that the component does know can be added to the profile.",
     },
     Code {
         code: "value-outside-constraint",

@@ -79,6 +79,16 @@ A profile needs fewer than ten levels. A file that has far more is something els
 Check that it is the right file.",
     },
     Code {
+        code: "too-dense",
+        title: "the file has more elements or values than a file of its size can have",
+        explain: "\
+What is read takes memory, and an element that says nothing takes as much as one that says something. A file of nearly
+nothing but empty elements, values or aliases would cost hundreds of times its size, so it is not read to its end. Files
+that describe a system are far from this.
+
+Check that it is the right file.",
+    },
+    Code {
         code: "too-large",
         title: "the file is larger than any profile",
         explain: "\

@@ -48,55 +48,62 @@ fn check<'a>(
     }
 }
 
-/// Sets and parameters that are not there, each with the first component without it.
+/// Sets and parameters that are not there, by where they stand.
 #[derive(Default)]
-struct Unknown<'a>(
-    BTreeMap<(u32, &'a str), (&'a Text, Option<&'a Text>, &'a ComponentSpec, usize)>,
-);
+struct Unknown<'a>(BTreeMap<(u32, &'a str), Missing<'a>>);
+
+/// One of them, with the first component that has it not.
+struct Missing<'a> {
+    name: &'a Text,
+    /// Of a parameter.
+    set: Option<&'a Text>,
+    component: &'a ComponentSpec,
+    /// Components that have it not.
+    count: usize,
+}
 
 impl<'a> Unknown<'a> {
     fn add(&mut self, name: &'a Text, set: Option<&'a Text>, component: &'a ComponentSpec) {
         let key = (name.span.start, name.value.as_str());
-        let entry = self.0.entry(key).or_insert((name, set, component, 0));
-        entry.3 += 1;
+        let missing = self.0.entry(key).or_insert(Missing {
+            name,
+            set,
+            component,
+            count: 0,
+        });
+        missing.count += 1;
     }
 
     fn tell(self, faults: &mut Faults) {
-        for (name, set, component, count) in self.0.into_values() {
-            let sets = &component.configuration.sets;
-            let others = match count {
-                1 => String::new(),
-                count => format!(" (nor {} more)", count - 1),
-            };
-            let instance = &component.instance;
-            let finding =
-                match set {
-                    None => {
-                        let known: Vec<&str> = sets.keys().map(String::as_str).collect();
-                        let message = format!(
-                            "`{instance}` has no configuration set `{}`{others}",
-                            name.trimmed()
-                        );
-                        Finding::warning("unknown-configuration-set", message)
-                            .help(suggest::advice(name.trimmed(), "sets", &known))
-                    }
-                    Some(set) => {
-                        let known = sets.get(set.trimmed()).into_iter().flat_map(BTreeMap::keys);
-                        let known: Vec<&str> = known.map(String::as_str).collect();
-                        let message = format!(
-                            "set `{}` of `{instance}` has no parameter `{}`{others}",
-                            set.trimmed(),
-                            name.trimmed()
-                        );
-                        let help = match known.is_empty() {
-                            true => "the profile has no parameter in this set".to_owned(),
-                            false => suggest::advice(name.trimmed(), "parameters", &known),
-                        };
-                        Finding::warning("unknown-parameter", message).help(help)
-                    }
-                };
-            faults.push(finding, name.span);
+        for missing in self.0.into_values() {
+            faults.push(missing.finding(), missing.name.span);
         }
+    }
+}
+
+impl Missing<'_> {
+    fn finding(&self) -> Finding {
+        let instance = &self.component.instance;
+        let sets = &self.component.configuration.sets;
+        let name = self.name.trimmed();
+        let others = match self.count {
+            1 => String::new(),
+            count => format!(" (nor {} more)", count - 1),
+        };
+        let Some(set) = self.set.map(Text::trimmed) else {
+            let known: Vec<&str> = sets.keys().map(String::as_str).collect();
+            let message = format!("`{instance}` has no configuration set `{name}`{others}");
+            return Finding::warning("unknown-configuration-set", message)
+                .help(suggest::advice(name, "sets", &known));
+        };
+        let known = sets.get(set).into_iter().flat_map(BTreeMap::keys);
+        let known: Vec<&str> = known.map(String::as_str).collect();
+        let message = format!("set `{set}` of `{instance}` has no parameter `{name}`{others}");
+        let help = match known.is_empty() {
+            true => "the profile has no parameter in this set".to_owned(),
+            false => suggest::advice(name, "parameters", &known),
+        };
+        Finding::warning("unknown-parameter", message).help(help)
     }
 }
 
@@ -107,7 +114,7 @@ pub(super) fn check_active(spec: &SystemSpec, said: &DeploymentSpec, faults: &mu
     for settings in select::all_settings(said) {
         let active = settings.configuration.get().map(|said| &said.active);
         if let Some((name, active)) = active.and_then(|active| Some((active.get()?, active))) {
-            spans.entry(name.0.trim()).or_insert(active.span());
+            spans.entry(name.0.as_str()).or_insert(active.span());
         }
     }
     for component in &spec.components {

@@ -16,7 +16,7 @@ pub fn keys() -> Vec<String> {
 
 /// JSON pointer from a component to the field that a key sets, without the first slash.
 pub fn pointer(path: &[&str]) -> String {
-    let field = match path {
+    match path {
         ["node" | "manager" | "isolated", ..] => format!("placement/{}", path[0]),
         ["package", ..] => "package/name".to_owned(),
         ["version", ..] => "package/version".to_owned(),
@@ -31,8 +31,7 @@ pub fn pointer(path: &[&str]) -> String {
         }
         [key, ..] => format!("policy/{key}"),
         [] => String::new(),
-    };
-    field
+    }
 }
 
 /// What this version keeps without carrying it out: a warning for each key, and where it stands.

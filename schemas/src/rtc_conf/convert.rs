@@ -184,7 +184,8 @@ impl<'a> Made<'a> {
         if self.unknown > UNKNOWN {
             return;
         }
-        let known: Vec<&str> = self.instances.keys().copied().collect();
+        let mut known: Vec<&str> = self.instances.keys().copied().collect();
+        known.sort_unstable();
         let mut help = format!("{what} is left out");
         if let Some(near) = suggest::nearest(name, known) {
             help.push_str(&format!("; did you mean `{near}`?"));

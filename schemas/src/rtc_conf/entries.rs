@@ -230,14 +230,12 @@ impl<'a> Reader<'a> {
     }
 
     fn again(&mut self, old: usize, entry: Entry) {
-        let before = &mut self.entries[old];
-        let line = self
-            .source
-            .place(before.key.span.start, before.key.span.end)
-            .line;
-        let message = format!("`{}` is given again, after line {line}", entry.key.value);
-        let span = entry.key.span;
-        *before = entry;
+        let before = std::mem::replace(&mut self.entries[old], entry);
+        let span = before.key.span;
+        let line = self.source.place(span.start, span.end).line;
+        let key = &self.entries[old].key;
+        let message = format!("`{}` is given again, after line {line}", key.value);
+        let span = key.span;
         let help = "the last value counts: take the other away";
         self.warn("conf-repeated-key", message, span, help);
     }

@@ -180,7 +180,9 @@ fn is_port(key: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn connect(text: &str) -> Result<(String, Vec<String>, Vec<(String, String)>), String> {
+    type Connected = (String, Vec<String>, Vec<(String, String)>);
+
+    fn connect(text: &str) -> Result<Connected, String> {
         let read = Preconnect::of(&Text::new(text, Span::new(0, 1))).map_err(|fault| fault.0)?;
         let shown = |port: &Port| format!("{}/{}", port.instance, port.port);
         let peers = read.peers.iter().map(shown).collect();

@@ -14,7 +14,7 @@ pub fn spoil(tree: &mut Tree, tape: &mut Tape<'_>) {
     for _ in 0..tape.choose(3) {
         tree.after.push(around(tape));
     }
-    element(&mut tree.root, tape, 0);
+    element(&mut tree.root, tape);
 }
 
 fn around(tape: &mut Tape<'_>) -> Node {
@@ -36,10 +36,10 @@ fn comment(tape: &mut Tape<'_>) -> Node {
     Node::Comment(TEXTS[tape.choose(TEXTS.len())].into())
 }
 
-fn element(element: &mut Element, tape: &mut Tape<'_>, depth: usize) {
+fn element(element: &mut Element, tape: &mut Tape<'_>) {
     for node in &mut element.children {
         if let Node::Element(child) = node {
-            self::element(child, tape, depth + 1);
+            self::element(child, tape);
         }
     }
     if tape.choose(6) == 5 {

@@ -83,6 +83,7 @@ fn usurp(world: &Arc<Stage>, quiet: Instant) {
     let Some(old) = world.lives().retire(CONTROLLER) else {
         return;
     };
+    world.hosts.controller_leaves();
     tokio::spawn(programs::run(
         Arc::clone(&world.world),
         CONTROLLER.to_owned(),

@@ -71,7 +71,6 @@ fn what_is_moved_away_from_a_lost_node_waits_for_that_node() {
 }
 
 #[test]
-#[ignore = "an agent that heals alone does not know that its component may still run elsewhere"]
 fn what_is_moved_away_waits_for_that_node_without_a_controller_too() {
     let away = Change::Move {
         instance: "B0".to_owned(),

@@ -2,6 +2,7 @@
 
 use rts_schemas::system::OnHang;
 use rts_simulation::faults::{Fault, Misbehaviour};
+use rts_simulation::workload::Change;
 
 use super::play::{CONTROLLER, NODE, Play, Story, alpha};
 
@@ -54,4 +55,20 @@ fn what_dies_again_and_again_is_never_there_twice() {
     let play = Play::until(60.0).apply(0.5, alpha()).strike(5.0, dies);
     let play = play.crash(12.0, CONTROLLER, 20.0);
     one_after_the_other(&play.play(), "alpha.B0");
+}
+
+#[test]
+fn what_was_just_made_in_a_process_that_hangs_since_is_not_made_elsewhere_beside_it() {
+    for step in 1..24 {
+        let hangs = Fault::ManagerHangs {
+            node: NODE.to_owned(),
+            manager: Some("alpha.B0".to_owned()),
+        };
+        let away = Change::Move {
+            instance: "B0".to_owned(),
+            node: "node2".to_owned(),
+        };
+        let play = Play::until(60.0).seed(step.into()).apply(0.5, alpha());
+        play.at_step(step, hangs).change(3.0, away).play();
+    }
 }

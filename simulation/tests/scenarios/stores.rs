@@ -3,7 +3,7 @@
 use rts_simulation::faults::Fault;
 use rts_simulation::workload::Change;
 
-use super::play::{CONTROLLER, NODE, Play, alpha, crash, seconds};
+use super::play::{CONTROLLER, NODE, Play, alpha, crash, lone, seconds};
 
 fn dark(down: f64) -> Fault {
     Fault::Reboot {
@@ -64,5 +64,21 @@ fn a_controller_of_the_past_is_not_obeyed() {
         let play = gain(8.99, play, "B0").strike(9.0, storm);
         let play = play.strike(9.1, Fault::Usurper);
         gain(20.0, play, "A0").play();
+    }
+}
+
+/// Its store is of before the component came to the node that is away.
+#[test]
+fn what_a_restored_store_does_not_know_of_is_not_made_a_second_time() {
+    let to = |node: &str| Change::Move {
+        instance: "B0".to_owned(),
+        node: node.to_owned(),
+    };
+    for seed in 0..24 {
+        let play = Play::until(60.0).seed(seed).apply(0.5, lone());
+        let play = play.change(5.0, to("node2")).pull_cable(10.0, NODE, 30.0);
+        let play = play.pull_cable(10.0, "node2", 40.0);
+        let play = play.change(15.0, to("local"));
+        play.strike(17.0, Fault::Usurper).play();
     }
 }

@@ -30,6 +30,7 @@ pub fn result() -> PlanResult {
             action: Action::Add,
             target: "component/Sine0".to_owned(),
             system: Some("hello".to_owned()),
+            node: None,
             reason: "is not there yet".to_owned(),
             fields: Vec::new(),
         }],

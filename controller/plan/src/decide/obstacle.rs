@@ -17,6 +17,11 @@ impl<'a> Decider<'_, 'a> {
         if let Some(unseen) = self.may_hold(want) {
             return Some(has_not_said(unseen));
         }
+        if let Some(node) = self.may_run_elsewhere(want) {
+            return Some(format!(
+                "may still run on {node}, where only a controller can ask"
+            ));
+        }
         let seat = want.seat();
         let here = self.facts.processes.get(&seat).copied();
         let here = here.filter(|_| !ends_unasked(self.facts, self.blocked, &seat));
@@ -36,6 +41,12 @@ impl<'a> Decider<'_, 'a> {
         });
         let found = found.filter(|_| self.facts.instances(want.id()).is_empty());
         found.map(|(_, manager)| *manager)
+    }
+
+    /// The node where a component may still run that is seen nowhere here.
+    pub(super) fn may_run_elsewhere(&self, want: &Want<'a>) -> Option<&'a str> {
+        let node = self.facts.may_run.get(&want.id()).copied();
+        node.filter(|_| self.facts.instances(want.id()).is_empty())
     }
 
     /// Why a component cannot be created now.

@@ -85,6 +85,7 @@ pub(super) fn end_with_source<'a>(
                 action: Action::Remove,
                 target: target::connector(&observed.name),
                 system: live.component.system.as_ref().map(|s| s.name.clone()),
+                node: None,
                 reason: format!("ends with its source {}", id.instance),
                 fields: connector(observed),
             });
@@ -109,6 +110,7 @@ pub(super) fn left_ends(facts: &Facts<'_>, down: &Down<'_>, changes: &mut Vec<Ch
         let change = Change {
             action: Action::Remove,
             target,
+            node: None,
             system,
             reason: end.reason.clone(),
             fields: Vec::new(),

@@ -12,6 +12,7 @@ pub(super) fn managers<'a>(decisions: &Decisions<'a>, up: &Up<'a>, changes: &mut
             action,
             target: target::manager(seat.1),
             system: seat.1.system.as_ref().map(|s| s.name.clone()),
+            node: Some(seat.0.to_owned()),
             reason: reason.to_owned(),
             fields: Vec::new(),
         });

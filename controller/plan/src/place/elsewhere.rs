@@ -1,10 +1,10 @@
-//! Which components that the orders of a system name lie on other nodes.
+//! Which components that the orders of a system name lie on other nodes, and which of a node's own may still run there.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{SystemSpec, WaitFor};
 
-use crate::desired::Elsewhere;
+use crate::desired::{Elsewhere, NodeSystem};
 use crate::order::all;
 
 /// The components of a system that any of its orders names, with their nodes.
@@ -42,4 +42,24 @@ pub(super) fn elsewhere(
     others
         .map(|(name, there)| ((*name).to_owned(), there.clone()))
         .collect()
+}
+
+/// Says of a node's own components where else they may still run: of several places one, since each of them is enough.
+pub(super) fn may_still_run(
+    part: &mut NodeSystem,
+    node: &str,
+    left: &BTreeMap<String, BTreeSet<String>>,
+) {
+    for component in &part.components {
+        let spec = &component.spec;
+        let nodes = left.get(&spec.instance).into_iter().flatten();
+        let Some(there) = nodes.into_iter().find(|there| *there != node) else {
+            continue;
+        };
+        let there = Elsewhere {
+            node: there.clone(),
+            required: spec.required,
+        };
+        part.elsewhere.insert(spec.instance.clone(), there);
+    }
 }

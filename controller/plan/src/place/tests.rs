@@ -220,6 +220,7 @@ fn what_was_settled_holds_whatever_a_host_means_by_now() {
             generation: 7,
             places: [on("A"), on("B")].into(),
             nodes: ["leg".to_owned()].into(),
+            ..Settled::default()
         };
         BTreeMap::from([("uid-s".to_owned(), settled)])
     };
@@ -266,4 +267,33 @@ fn the_generation_ages_a_spec_but_not_the_text_of_a_part() {
     assert_ne!(digest(&at(1)), digest(&at(2)));
     assert_eq!(at(1).systems[0].digest(), at(2).systems[0].digest());
     assert_eq!(at(1).systems[0].digest(), at(0).systems[0].digest());
+}
+
+#[test]
+fn where_a_component_may_still_run_is_in_its_nodes_spec_and_not_in_the_text_of_its_part() {
+    let components = json!([{"instance": "A", "type": "T"}, {"instance": "B", "type": "T"}]);
+    let system = system("s", components);
+    let left = |left: &[(&str, &[&str])]| {
+        let left = left.iter().map(|(instance, nodes)| {
+            let nodes = nodes.iter().map(|node| (*node).to_owned());
+            ((*instance).to_owned(), nodes.collect())
+        });
+        let settled = Settled {
+            left: left.collect(),
+            ..Settled::default()
+        };
+        let settled = BTreeMap::from([("uid-s".to_owned(), settled)]);
+        let mut placed = place_settled(std::slice::from_ref(&system), &nodes(), "local", &settled);
+        placed.desired.nodes.remove("local").unwrap()
+    };
+    let (settled, may) = (left(&[]), left(&[("A", &["arm", "leg"]), ("C", &["arm"])]));
+    let part = &may.systems[0];
+    assert_eq!(
+        serde_json::to_value(&part.elsewhere).unwrap(),
+        json!({"A": {"node": "arm", "required": true}})
+    );
+    assert_ne!(digest(&settled), digest(&may));
+    assert_eq!(settled.systems[0].digest(), part.digest());
+    assert_eq!(settled.systems[0], part.settled());
+    assert_eq!(settled, left(&[("A", &["local"])]));
 }

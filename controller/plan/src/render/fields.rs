@@ -1,6 +1,6 @@
 //! What is added, field by field: a plan says it once, in its steps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{Configuration, ConnectorSpec, ExecutionKind, OnDisconnect};
 
@@ -15,11 +15,15 @@ pub fn details(plan: &Plan) -> Vec<Change> {
     let mut made = BTreeMap::new();
     for step in &plan.steps {
         let system = step.system.as_ref().map(|s| s.name.as_str());
-        let key = (step.target.as_str(), system);
-        if wanted.contains_key(&key)
-            && let Some(fields) = fields(step)
-        {
-            made.insert(key, fields);
+        // An older controller does not say the node of a manager.
+        let node = matches!(step.work, Work::StartManager { .. }).then_some(step.node.as_str());
+        for node in BTreeSet::from([None, node]) {
+            let key = (step.target.as_str(), system, node);
+            if wanted.contains_key(&key)
+                && let Some(fields) = fields(step)
+            {
+                made.insert(key, fields);
+            }
         }
     }
     let filled = |change: &Change| {
@@ -38,8 +42,9 @@ fn is_bare(change: &Change) -> bool {
     change.action == Action::Add && change.fields.is_empty()
 }
 
-fn key_of(change: &Change) -> (&str, Option<&str>) {
-    (change.target.as_str(), change.system.as_deref())
+fn key_of(change: &Change) -> (&str, Option<&str>, Option<&str>) {
+    let (system, node) = (change.system.as_deref(), change.node.as_deref());
+    (change.target.as_str(), system, node)
 }
 
 /// What a step makes; none for one that makes nothing that people name.

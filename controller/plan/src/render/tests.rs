@@ -158,6 +158,7 @@ fn change(
         action,
         target: target.to_owned(),
         system: Some("hello".to_owned()),
+        node: target.starts_with("manager/").then(|| "local".to_owned()),
         reason: reason.to_owned(),
         fields: fields.collect(),
     }
@@ -314,6 +315,32 @@ fn two_systems_and_a_stray_are_told_apart() {
     assert_eq!(
         headings,
         ["system hello:", "system other:", "of no system:"]
+    );
+}
+
+#[test]
+fn managers_of_one_name_on_two_nodes_are_told_apart() {
+    let mut plan = plan();
+    let is_start = |step: &&Step| matches!(step.work, Work::StartManager { .. });
+    let mut other = plan.steps.iter().find(is_start).unwrap().clone();
+    other.node = "arm".to_owned();
+    plan.steps.push(other);
+    let added = plan
+        .changes
+        .iter()
+        .find(|c| c.target == "manager/hello.main");
+    let mut added = vec![added.unwrap().clone(); 2];
+    added[0].node = Some("arm".to_owned());
+    plan.changes = added;
+    let text = render(&plan);
+    let lines: Vec<&str> = text.lines().take(2).collect();
+    assert!(
+        lines[0].contains("arm") && !lines[0].contains("local"),
+        "{text}"
+    );
+    assert!(
+        lines[1].contains("local") && !lines[1].contains("arm"),
+        "{text}"
     );
 }
 

@@ -78,7 +78,14 @@ impl Text<'_> {
                 };
                 self.line(Tone::Heading, &heading, "");
             }
-            let node = |c: &Change| nodes.get(c.target.as_str()).copied().unwrap_or_default();
+            let node = |c: &'_ Change| match c.node.as_deref() {
+                Some(node) => node.to_owned(),
+                None => nodes
+                    .get(c.target.as_str())
+                    .copied()
+                    .unwrap_or_default()
+                    .to_owned(),
+            };
             let widest = |of: &dyn Fn(&Change) -> usize| {
                 let widths = changes.iter().map(|c| of(c));
                 widths.max().unwrap_or_default()
@@ -89,7 +96,7 @@ impl Text<'_> {
                 nodes: nodes.values().collect::<BTreeSet<_>>().len() > 1,
             };
             for change in &changes {
-                self.change(change, node(change), &columns);
+                self.change(change, &node(change), &columns);
             }
         }
     }

@@ -48,6 +48,7 @@ fn change(action: Action, target: &str, fields: &[&str]) -> Change {
         action,
         target: target.into(),
         system: Some("s".into()),
+        node: None,
         reason: "because".into(),
         fields: fields.iter().map(field).collect(),
     }

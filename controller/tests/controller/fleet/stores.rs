@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use jiff::Timestamp;
-use rts_controller::store::{MemoryStore, Restored, State};
+use rts_controller::store::{MemoryStore, State};
 
 use super::Cluster;
 
@@ -19,11 +19,7 @@ pub fn meets(old: Cluster, store: MemoryStore) -> Cluster {
 /// As `restore` leaves a store.
 pub fn restored(mut state: State, epoch: u64, take_over: bool) -> MemoryStore {
     state.epoch = epoch;
-    state.restored = Some(Restored {
-        at: Timestamp::UNIX_EPOCH,
-        take_over,
-        settled: Default::default(),
-    });
+    state.restore(Timestamp::UNIX_EPOCH, take_over, []);
     MemoryStore::holding(state)
 }
 

@@ -28,7 +28,7 @@ pub(super) fn down(profile: &mut RtcProfile, lost: &mut Lost<'_>) {
     each_text(profile, &mut |_, field, text| match field.name {
         "position" => text.value = text.value.to_lowercase(),
         "activity_type" if text.trimmed() == "EVENTDRIVEN" => {
-            "EVENT_DRIVEN".clone_into(&mut text.value)
+            "EVENT_DRIVEN".clone_into(&mut text.value);
         }
         _ => {}
     });

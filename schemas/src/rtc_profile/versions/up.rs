@@ -12,7 +12,7 @@ pub(super) fn up(profile: &mut RtcProfile) {
             ("RtcProfile", "id") => text.value = id_with_colons(&text.value),
             (_, "position") => text.value = text.value.to_uppercase(),
             (_, "activity_type") if text.trimmed() == "EVENT_DRIVEN" => {
-                "EVENTDRIVEN".clone_into(&mut text.value)
+                "EVENTDRIVEN".clone_into(&mut text.value);
             }
             _ => {}
         },

@@ -1,6 +1,6 @@
 //! What an agent plans over its own node alone, where orders name components of other nodes.
 
-use rts_plan::desired::Desired;
+use rts_plan::desired::{Desired, Elsewhere};
 use rts_plan::observed::{LifeCycleState, Observed};
 use rts_plan::plan::{Blocked, Plan};
 use rts_plan::{StoredSystem, plan};
@@ -185,4 +185,55 @@ fn a_part_tells_only_what_its_orders_name_elsewhere() {
     ));
     let part = serde_json::to_value(&story.world.desired().nodes["two"].systems[0]).unwrap();
     assert_eq!(part.get("elsewhere"), None);
+}
+
+/// It was moved here, and nobody has seen it gone from where it was.
+#[test]
+fn what_may_still_run_on_another_node_is_made_by_a_controller_alone() {
+    let orders = Orders {
+        start_up: vec![after("C", 1, Sync, &["B"])],
+        ..Orders::default()
+    };
+    let mut story = applied(on_two_nodes(&["A", "B", "C", "D"], orders));
+    let of = |story: &Story, only: &[&str], may: bool| {
+        let (mut desired, mut observed) = (story.world.desired(), story.world.observed());
+        desired
+            .nodes
+            .retain(|node, _| only.contains(&node.as_str()));
+        observed
+            .nodes
+            .retain(|node, _| only.contains(&node.as_str()));
+        let part = &mut desired.nodes.get_mut("two").unwrap().systems[0];
+        let there = Elsewhere {
+            node: "one".to_owned(),
+            required: true,
+        };
+        part.elsewhere.extend(may.then(|| ("B".to_owned(), there)));
+        plan(&desired, &observed, &Blocked::new())
+    };
+    let mut text = told(&of(&story, &["two"], true), "Create");
+    text.push_str("-- the controller\n");
+    text.push_str(&told(&of(&story, &["one", "two"], true), "Create"));
+    insta::assert_snapshot!(text, @r"
+    Create D
+    waiting: component/B: may still run on one, where only a controller can ask
+    waiting: component/C: waits for B (StartUp order)
+    -- the controller
+    Create A
+    Create B
+    Create C: after B  [B SYNC in StartUp]
+    Create D
+    ");
+    let sure = told(&of(&story, &["two"], false), "Create");
+    assert!(sure.contains("Create B"), "{sure}");
+    // Once it is there, it is this node's.
+    story.turn();
+    let done = of(&story, &["two"], true);
+    assert!(done.is_empty() && done.waiting_on.is_empty(), "{done}");
+    story
+        .world
+        .components_mut()
+        .for_each(|c| c.state = LifeCycleState::Inactive);
+    let awake = told(&of(&story, &["two"], true), "Activate");
+    assert!(awake.contains("Activate B"), "{awake}");
 }
