@@ -11,9 +11,8 @@ mod write;
 
 pub use crate::form::Format;
 pub(crate) use lower::{
-    CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind,
-    is_pseudo_set, is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
-    unused_name,
+    CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind, is_pseudo_set,
+    is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name, unused_name,
 };
 pub use lower::{LowerOptions, Places, lower};
 pub use write::{WriteOptions, sayable, write};
