@@ -186,7 +186,9 @@ impl Builder {
         if let Some(parent) = self.open.last_mut()
             && !self.pending.is_empty()
         {
-            parent.children.push(Node::Text(self.pending.as_str().into()));
+            parent
+                .children
+                .push(Node::Text(self.pending.as_str().into()));
             self.pending.clear();
         }
     }
@@ -242,7 +244,10 @@ fn element(
     names: &mut HashSet<Arc<str>>,
 ) -> Result<Element, XmlError> {
     let (namespace, _) = reader.resolver().resolve_element(start.name());
-    let std::ops::Range { start: start_at, end } = span.range();
+    let std::ops::Range {
+        start: start_at,
+        end,
+    } = span.range();
     let mut element = Element {
         namespace: bound(namespace, span, names)?,
         qname: start.name().into_inner().into(),

@@ -48,10 +48,15 @@ pub enum Value {
 pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
     let text = source.text();
     if let Some((at, c)) = text.char_indices().find(|(_, c)| !is_readable(*c)) {
-        let message = format!("the control character U+{:04X} is not allowed", u32::from(c));
+        let message = format!(
+            "the control character U+{:04X} is not allowed",
+            u32::from(c)
+        );
         let place = source.place(at, at + 1);
         let finding = Finding::error("malformed-yaml", message).at(Some(place));
-        return Err(Box::new(finding.help("remove it, or write it as `\"\\x…\"`")));
+        return Err(Box::new(
+            finding.help("remove it, or write it as `\"\\x…\"`"),
+        ));
     }
     if density::is_too_dense(text) {
         let message = "the brackets of the file hold more values than a file of its size can have";
@@ -74,6 +79,11 @@ pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
         take(event, span, &mut builder).map_err(|fault| fault.finding(source))?;
     }
     Ok(builder.finish())
+}
+
+/// Reads a YAML document that is right, or not at all.
+pub fn parse_quietly(text: &str) -> Option<Node> {
+    parse(&Source::new("", text)).ok()
 }
 
 fn take(event: Event<'_>, span: Span, builder: &mut Builder) -> Result<(), Fault> {
@@ -145,6 +155,31 @@ fn malformed(source: &Source, error: &ScanError) -> Box<Finding> {
 }
 
 impl Node {
+    /// The same, from nowhere.
+    #[must_use]
+    pub fn without_places(mut self) -> Self {
+        self.span = Span::default();
+        match &mut self.value {
+            Value::Null | Value::Scalar(_) => {}
+            Value::Sequence(items) => items.iter_mut().for_each(Self::forget),
+            Value::Mapping(entries) => {
+                for (key, node) in entries {
+                    key.span = Span::default();
+                    node.forget();
+                }
+            }
+        }
+        self
+    }
+
+    fn forget(&mut self) {
+        let nothing = Self {
+            value: Value::Null,
+            span: Span::default(),
+        };
+        *self = std::mem::replace(self, nothing).without_places();
+    }
+
     /// The value under a key, when this is a mapping that has it.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.entries()
@@ -245,7 +280,12 @@ mod tests {
 
     #[test]
     fn brackets_may_end_at_the_left_margin() {
-        for text in ["a: {\n  b: 1\n}\nc: 2\n", "a: [\n  1,\n]\nc: 2\n", "a:\n  - [\n    1,\n  ]\nc: 2\n", "{\n\t\"a\": [\n\t1\n\t],\n\"c\": 2}\n"] {
+        for text in [
+            "a: {\n  b: 1\n}\nc: 2\n",
+            "a: [\n  1,\n]\nc: 2\n",
+            "a:\n  - [\n    1,\n  ]\nc: 2\n",
+            "{\n\t\"a\": [\n\t1\n\t],\n\"c\": 2}\n",
+        ] {
             assert_eq!(read(text).get("c").unwrap().text().unwrap().value, "2");
         }
     }

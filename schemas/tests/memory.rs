@@ -86,6 +86,8 @@ const XML: [(&str, &[&str]); 2] = [
             "<!---->",
             "<?a?>",
             "&#1;<a/>",
+            "<?x-yaml {a: 1}?>",
+            "<Components><?x-yaml {a: 1}?></Components>",
             "<![CDATA[]]><a/>",
             "\n",
             "<Components/>",
@@ -131,7 +133,11 @@ const YAML: [(&str, &str, &str); 26] = [
     ("rtsProfile:\n  components: [{dataPorts: [", "{},", "]}]"),
     ("rtsProfile:\n  startUp: [", "{},", "]"),
     ("rtsProfile:\n  startUp: {targets: [", "{},", "]}"),
-    ("rtsProfile:\n  startUp: {targets: [", "{condition: },", "]}"),
+    (
+        "rtsProfile:\n  startUp: {targets: [",
+        "{condition: },",
+        "]}",
+    ),
     ("rtsProfile:\n  dataPortConnectors: [", "{},", "]"),
     ("rtsProfile:\n  rtsExt::versionUpLogs:\n", "  - a\n", ""),
     ("rtsProfile:\n  rtsExt::versionUpLogs: [", "a,", "]"),
@@ -141,8 +147,16 @@ const YAML: [(&str, &str, &str); 26] = [
     ("rtsProfile:\n  x: {", "%,", "}"),
     ("rtsProfile:\n", "  %:\n", ""),
     ("rtsProfile:\n", "\n", ""),
-    ("rtsProfile:\n  x: &x [1,2,3,4,5,6,7,8,9]\n  y: [", "*x,", "]"),
-    ("rtsProfile:\n  x: &x [1,2,3,4,5,6,7,8,9]\n  components: [", "*x,", "]"),
+    (
+        "rtsProfile:\n  x: &x [1,2,3,4,5,6,7,8,9]\n  y: [",
+        "*x,",
+        "]",
+    ),
+    (
+        "rtsProfile:\n  x: &x [1,2,3,4,5,6,7,8,9]\n  components: [",
+        "*x,",
+        "]",
+    ),
     ("rtsProfile:\n  x-xml: {elements: [", "<a/>,", "]}"),
     ("rtcProfile:\n  dataPorts:\n", "  - {}\n", ""),
     ("rtcProfile:\n  dataPorts: [", "{},", "]"),
@@ -205,7 +219,11 @@ fn memory_is_bounded_by_the_size_of_the_file() {
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for size in [3_000, 100_000] {
         for (kind, pieces) in XML {
-            let root = if kind == "rts" { "RtsProfile" } else { "RtcProfile" };
+            let root = if kind == "rts" {
+                "RtsProfile"
+            } else {
+                "RtcProfile"
+            };
             let head = format!("<{root} xmlns='http://www.openrtp.org/namespaces/{kind}'>");
             let tail = format!("</{root}>");
             for piece in pieces {
@@ -225,7 +243,10 @@ fn memory_is_bounded_by_the_size_of_the_file() {
     let mut worst = (0, String::new());
     for (name, file) in &files {
         let readers: [(&str, fn(&[u8])); 2] = [
-            match file.windows(10).any(|piece| piece.eq_ignore_ascii_case(b"rtcProfile")) {
+            match file
+                .windows(10)
+                .any(|piece| piece.eq_ignore_ascii_case(b"rtcProfile"))
+            {
                 true => ("rtc", |file| drop(rtc_profile::read("f", file))),
                 false => ("rts", |file| drop(rts_profile::read("f", file))),
             },
@@ -246,7 +267,12 @@ fn memory_is_bounded_by_the_size_of_the_file() {
             }
         }
     }
-    println!("{} files, the worst {} x and 1 MiB: {}", files.len(), worst.0, worst.1);
+    println!(
+        "{} files, the worst {} x and 1 MiB: {}",
+        files.len(),
+        worst.0,
+        worst.1
+    );
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
@@ -277,7 +303,10 @@ fn work_grows_with_the_size_of_the_file() {
         TOTAL.load(Relaxed) - before
     };
     for (name, work) in works {
-        let forms = [("xml", small.clone(), large.clone()), ("yaml", in_yaml(&small), in_yaml(&large))];
+        let forms = [
+            ("xml", small.clone(), large.clone()),
+            ("yaml", in_yaml(&small), in_yaml(&large)),
+        ];
         for (format, small, large) in forms {
             if name == "edit" && format == "yaml" {
                 continue;

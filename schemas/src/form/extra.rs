@@ -29,7 +29,9 @@ impl Beside {
     /// How the file writes the name of a field there, when that is not the usual name.
     pub fn spelling(&self, place: Place) -> Option<&str> {
         match place {
-            Place::Spelled(_, number) => self.spellings.get(usize::from(number)).map(|name| &**name),
+            Place::Spelled(_, number) => {
+                self.spellings.get(usize::from(number)).map(|name| &**name)
+            }
             Place::Field(_) | Place::Other => None,
         }
     }

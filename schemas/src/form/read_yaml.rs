@@ -265,7 +265,10 @@ impl Reader<'_> {
             }
         }
         for text in list("texts").iter().filter_map(Node::text) {
-            form.extra_mut().edit().strays.push(Stray::Text(text.value.into()));
+            form.extra_mut()
+                .edit()
+                .strays
+                .push(Stray::Text(text.value.into()));
         }
     }
 }

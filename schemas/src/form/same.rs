@@ -83,7 +83,13 @@ enum Said {
 fn attributes(all: &[crate::xml::Attribute]) -> Vec<Said3> {
     let all = all.iter().filter(|a| declared_prefix(&a.qname).is_none());
     let mut all: Vec<Said3> = all
-        .map(|a| (a.namespace.to_string(), a.local().to_owned(), a.value.to_string()))
+        .map(|a| {
+            (
+                a.namespace.to_string(),
+                a.local().to_owned(),
+                a.value.to_string(),
+            )
+        })
         .collect();
     all.sort();
     all

@@ -85,7 +85,8 @@ fn the_name_of_a_namespace_is_unescaped() {
 
 #[test]
 fn too_many_declarations_are_refused() {
-    let some = |count: usize| -> String { (0..count).map(|n| format!(" xmlns:p{n}='u'")).collect() };
+    let some =
+        |count: usize| -> String { (0..count).map(|n| format!(" xmlns:p{n}='u'")).collect() };
     let text = |count| format!("<a{0}><a{0}/><a{0}/></a>", some(count));
     assert!(parse(&text(64)).is_ok());
     // Each name is looked for in all declarations that are in force, so that quick-xml allows 128.

@@ -178,7 +178,8 @@ fn weight(node: &Node) -> usize {
         Value::Scalar(text) => text.len(),
         Value::Sequence(items) => items.iter().map(weight).sum(),
         Value::Mapping(entries) => {
-            let entry = |(key, node): &(Text, Node)| size_of::<Text>() + key.value.len() + weight(node);
+            let entry =
+                |(key, node): &(Text, Node)| size_of::<Text>() + key.value.len() + weight(node);
             entries.iter().map(entry).sum()
         }
     };

@@ -42,7 +42,9 @@ impl<'a> Cursor<'a> {
 
     /// True within a character.
     fn is_inside(&self) -> bool {
-        self.text.get(self.bytes).is_some_and(|byte| byte & 0xc0 == 0x80)
+        self.text
+            .get(self.bytes)
+            .is_some_and(|byte| byte & 0xc0 == 0x80)
     }
 }
 

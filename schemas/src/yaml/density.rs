@@ -23,8 +23,10 @@ fn tokens_in_brackets(text: &[u8]) -> usize {
     for (at, byte) in text.iter().enumerate() {
         let ends_key = || {
             let next = text.get(at + 1).copied().unwrap_or(b' ');
-            matches!(next, b' ' | b'\t' | b'\r' | b'\n' | b',' | b'[' | b']' | b'{' | b'}')
-                || matches!(before, b'"' | b'\'' | b']' | b'}')
+            matches!(
+                next,
+                b' ' | b'\t' | b'\r' | b'\n' | b',' | b'[' | b']' | b'{' | b'}'
+            ) || matches!(before, b'"' | b'\'' | b']' | b'}')
         };
         tokens += match byte {
             b'[' | b'{' => {
