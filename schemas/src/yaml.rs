@@ -121,7 +121,8 @@ fn place_of(text: &str, event: &Event<'_>, range: Range, cursor: &mut Cursor<'_>
             let end = cursor.byte(range.end.index()).max(start);
             match style {
                 ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted if end >= start + 2 => {
-                    Span::new(start + 1, end - 1)
+                    let inner = text.get(start + 1..end).unwrap_or_default();
+                    Span::new(start + 1, start + 1 + quoted(inner.as_bytes(), style))
                 }
                 _ => Span::new(start, end),
             }
@@ -132,6 +133,20 @@ fn place_of(text: &str, event: &Event<'_>, range: Range, cursor: &mut Cursor<'_>
         }
         _ => Span::new(start, start),
     }
+}
+
+/// Bytes before the closing quote; the parser's range goes on over the blanks and the comment after it.
+fn quoted(rest: &[u8], style: &ScalarStyle) -> usize {
+    let mut at = 0;
+    while let Some(byte) = rest.get(at) {
+        at += match (byte, style) {
+            (b'\\', ScalarStyle::DoubleQuoted) => 2,
+            (b'\'', ScalarStyle::SingleQuoted) if rest.get(at + 1) == Some(&b'\'') => 2,
+            (b'\'', ScalarStyle::SingleQuoted) | (b'"', ScalarStyle::DoubleQuoted) => break,
+            _ => 1,
+        };
+    }
+    at.min(rest.len())
 }
 
 /// Where the token ends that starts there; of a long one as much as can be shown.
@@ -265,6 +280,12 @@ mod tests {
         assert_eq!(items[0].get("d").unwrap().text().unwrap().value, "true");
         assert_eq!(items[1].get("d").unwrap().text().unwrap().value, "0x10");
         assert_eq!(at(text, items[1].get("c").unwrap()), "it");
+        let text = "a: 'it''s' # 'no'\nb: [\"\\\"\" ,'' ]\n";
+        let root = read(text);
+        assert_eq!(at(text, root.get("a").unwrap()), "it''s");
+        let items = root.get("b").unwrap().items();
+        assert_eq!(at(text, &items[0]), "\\\"");
+        assert_eq!(at(text, &items[1]), "");
     }
 
     #[test]

@@ -64,7 +64,7 @@ fn field_out(field: &FieldType, value: Value<'_>, words: &Vocabulary) -> Option<
     }
 }
 
-fn scalar(kind: FieldKind, text: &Text) -> Out {
+pub(super) fn scalar(kind: FieldKind, text: &Text) -> Out {
     let value = text.value.as_str();
     let quoted = || Out::Text(value.to_owned());
     match kind {
