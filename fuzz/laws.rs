@@ -1,5 +1,7 @@
 //! What holds of every profile that is read.
 
+#![allow(dead_code)] // Each target takes what it needs.
+
 use rts_schemas::diagnostic::{Report, render};
 use rts_schemas::form::{Format, same};
 use rts_schemas::xml::Document;
