@@ -9,7 +9,11 @@ use std::process::{Command, Stdio};
 use rts_schemas::codes;
 
 /// Codes that no example gives, and why.
-const WITHOUT: [(&str, &str); 2] = [
+const WITHOUT: [(&str, &str); 3] = [
+    (
+        "too-dense",
+        "its example would be nothing but thousands of empty values",
+    ),
     ("too-large", "its example would have megabytes"),
     (
         "duplicate-connector",

@@ -1,6 +1,9 @@
 //! Any bytes as an overlay, laid over the example system.
 #![no_main]
 
+#[path = "../counting.rs"]
+mod counting;
+
 use libfuzzer_sys::fuzz_target;
 use rts_schemas::diagnostic::{Report, render};
 use rts_schemas::{check, overlay, rts_profile};
@@ -8,7 +11,7 @@ use rts_schemas::{check, overlay, rts_profile};
 const SYSTEM: &[u8] = include_bytes!("../../manifests/hello/system.xml");
 
 fuzz_target!(|bytes: &[u8]| {
-    match overlay::read("overlay.yaml", bytes) {
+    match counting::bounded(bytes, |bytes| overlay::read("overlay.yaml", bytes)) {
         Ok(overlay) => {
             let (mut spec, _) =
                 rts_profile::load("system.xml", SYSTEM, None, &[]).expect("the example is right");

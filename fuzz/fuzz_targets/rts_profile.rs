@@ -1,12 +1,16 @@
 //! Any bytes as a profile: read, check, lower, render, and write again.
 #![no_main]
 
+#[path = "../laws.rs"]
+mod laws;
+
 use libfuzzer_sys::fuzz_target;
 use rts_schemas::diagnostic::{Report, render};
 use rts_schemas::rts_profile::{LowerOptions, WriteOptions, load, lower, read, sayable, write};
 use rts_schemas::system::SystemSpec;
 
 fuzz_target!(|bytes: &[u8]| {
+    laws::system(bytes);
     let judged = load("system.xml", bytes, Some("name"), &[]);
     match &judged {
         Ok((spec, _)) => {

@@ -61,6 +61,19 @@ pub fn format(profile: &RtcProfile, around: &Around, format: Format) -> String {
     form::format(profile, around, &WORDS, format)
 }
 
+/// The YAML text with every value that differs between what was read from it and an edited copy; see
+/// [`form::patch_yaml`].
+///
+/// # Errors
+/// As [`form::patch_yaml`].
+pub fn patch_yaml(
+    source: &Source,
+    old: &RtcProfile,
+    new: &RtcProfile,
+) -> Result<String, EditError> {
+    form::patch_yaml(source, old, new, &WORDS)
+}
+
 /// The document with everything that differs between what was read from it and an edited copy; see [`form::patch`].
 ///
 /// # Errors

@@ -135,6 +135,19 @@ pub fn patch(document: &Document, old: &Shape, new: &Shape) -> Result<Document, 
     }
 }
 
+/// The YAML text with every value that differs between what was read from it and an edited copy; see
+/// [`form::patch_yaml`].
+///
+/// # Errors
+/// As [`form::patch_yaml`].
+pub fn patch_yaml(source: &Source, old: &Shape, new: &Shape) -> Result<String, EditError> {
+    match (old, new) {
+        (Shape::V02(old), Shape::V02(new)) => form::patch_yaml(source, &**old, &**new, &WORDS),
+        (Shape::V01(old), Shape::V01(new)) => form::patch_yaml(source, &**old, &**new, &WORDS),
+        _ => Err(EditError::Stranger("it is of another version".to_owned())),
+    }
+}
+
 /// Version 0.1 calls a component `Component`; what an XML file says of its version is often wrong.
 fn shape_of(tree: &Tree) -> Shape {
     let old = match tree {

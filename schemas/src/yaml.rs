@@ -90,6 +90,11 @@ pub fn print(value: &serde_json::Value) -> String {
     serde_yaml::to_string(value).unwrap_or_default()
 }
 
+/// Reads a YAML document that is right, or not at all.
+pub fn parse_quietly(text: &str) -> Option<Node> {
+    parse(&Source::new("", text)).ok()
+}
+
 fn take(event: Event<'_>, span: Span, builder: &mut Builder) -> Result<(), Fault> {
     match event {
         Event::Scalar(text, style, anchor, tag) => {
@@ -125,7 +130,8 @@ fn place_of(text: &str, event: &Event<'_>, range: Range, cursor: &mut Cursor<'_>
             let end = cursor.byte(range.end.index()).max(start);
             match style {
                 ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted if end >= start + 2 => {
-                    Span::new(start + 1, end - 1)
+                    let inner = text.get(start + 1..end).unwrap_or_default();
+                    Span::new(start + 1, start + 1 + quoted(inner.as_bytes(), style))
                 }
                 _ => Span::new(start, end),
             }
@@ -136,6 +142,20 @@ fn place_of(text: &str, event: &Event<'_>, range: Range, cursor: &mut Cursor<'_>
         }
         _ => Span::new(start, start),
     }
+}
+
+/// Bytes before the closing quote; the parser's range goes on over the blanks and the comment after it.
+fn quoted(rest: &[u8], style: &ScalarStyle) -> usize {
+    let mut at = 0;
+    while let Some(byte) = rest.get(at) {
+        at += match (byte, style) {
+            (b'\\', ScalarStyle::DoubleQuoted) => 2,
+            (b'\'', ScalarStyle::SingleQuoted) if rest.get(at + 1) == Some(&b'\'') => 2,
+            (b'\'', ScalarStyle::SingleQuoted) | (b'"', ScalarStyle::DoubleQuoted) => break,
+            _ => 1,
+        };
+    }
+    at.min(rest.len())
 }
 
 /// Where the token ends that starts there; of a long one as much as can be shown.
@@ -159,6 +179,31 @@ fn malformed(source: &Source, error: &ScanError) -> Box<Finding> {
 }
 
 impl Node {
+    /// The same, from nowhere.
+    #[must_use]
+    pub fn without_places(mut self) -> Self {
+        self.span = Span::default();
+        match &mut self.value {
+            Value::Null | Value::Scalar(_) => {}
+            Value::Sequence(items) => items.iter_mut().for_each(Self::forget),
+            Value::Mapping(entries) => {
+                for (key, node) in entries {
+                    key.span = Span::default();
+                    node.forget();
+                }
+            }
+        }
+        self
+    }
+
+    fn forget(&mut self) {
+        let nothing = Self {
+            value: Value::Null,
+            span: Span::default(),
+        };
+        *self = std::mem::replace(self, nothing).without_places();
+    }
+
     /// The value under a key, when this is a mapping that has it.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.entries()
@@ -244,6 +289,12 @@ mod tests {
         assert_eq!(items[0].get("d").unwrap().text().unwrap().value, "true");
         assert_eq!(items[1].get("d").unwrap().text().unwrap().value, "0x10");
         assert_eq!(at(text, items[1].get("c").unwrap()), "it");
+        let text = "a: 'it''s' # 'no'\nb: [\"\\\"\" ,'' ]\n";
+        let root = read(text);
+        assert_eq!(at(text, root.get("a").unwrap()), "it''s");
+        let items = root.get("b").unwrap().items();
+        assert_eq!(at(text, &items[0]), "\\\"");
+        assert_eq!(at(text, &items[1]), "");
     }
 
     #[test]

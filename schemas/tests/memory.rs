@@ -86,6 +86,8 @@ const XML: [(&str, &[&str]); 2] = [
             "<!---->",
             "<?a?>",
             "&#1;<a/>",
+            "<?x-yaml {a: 1}?>",
+            "<Components><?x-yaml {a: 1}?></Components>",
             "<![CDATA[]]><a/>",
             "\n",
             "<Components/>",
@@ -211,6 +213,9 @@ fn twisted(size: usize) -> Vec<(&'static str, String)> {
     ]
 }
 
+/// Name of a reader, and the reader.
+type Reader = (&'static str, fn(&[u8]));
+
 #[test]
 fn memory_is_bounded_by_the_size_of_the_file() {
     let _alone = ALONE.lock().unwrap();
@@ -252,7 +257,7 @@ fn memory_is_bounded_by_the_size_of_the_file() {
     }
     let mut worst = (0, String::new());
     for (name, file) in &files {
-        let readers: [(&str, fn(&[u8])); 2] = [
+        let readers: [Reader; 2] = [
             match file
                 .windows(10)
                 .any(|piece| piece.eq_ignore_ascii_case(b"rtcProfile"))

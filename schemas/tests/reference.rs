@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use forms::files;
+use forms::{files, systems};
 use rts_schemas::form::{Around, Format, format};
 use rts_schemas::{rtc_profile, rts_profile};
 
@@ -90,14 +90,14 @@ fn the_reference_library_and_the_schemas_accept_what_we_write() {
             ours.display()
         ));
     };
-    for place in ["rts", "derived"] {
-        for (file, bytes) in files(place).unwrap() {
+    for place in ["rts", "derived", "systems"] {
+        for (number, (original, bytes)) in systems(&corpus.join(place)).into_iter().enumerate() {
+            let file = format!("{number}-{}", original.file_name().unwrap().display());
             let Ok(read) = rts_profile::read(&file, &bytes) else {
                 continue;
             };
             let words = &rts_profile::forms::WORDS;
             let form = read.shape.form();
-            let original = corpus.join(place).join(&file);
             let xml = format(form, &read.around, words, Format::Xml);
             let xml = folder.put(&format!("{place}-{file}.xml"), &xml);
             let yaml = format(form, &Around::default(), words, Format::Yaml);

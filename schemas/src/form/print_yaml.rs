@@ -20,6 +20,37 @@ pub(super) fn document(key: &str, value: &Out) -> String {
     text
 }
 
+/// A value in one line, in brackets.
+pub(super) fn flow(value: &Out) -> String {
+    let mut text = String::new();
+    print_flow(value, &mut text);
+    text
+}
+
+fn print_flow(value: &Out, text: &mut String) {
+    match value {
+        Out::List(items) => {
+            text.push('[');
+            for (index, item) in items.iter().enumerate() {
+                text.push_str(if index > 0 { ", " } else { "" });
+                print_flow(item, text);
+            }
+            text.push(']');
+        }
+        Out::Map(entries) => {
+            text.push('{');
+            for (index, (key, value)) in entries.iter().enumerate() {
+                text.push_str(if index > 0 { ", " } else { "" });
+                scalar(key, text);
+                text.push_str(": ");
+                print_flow(value, text);
+            }
+            text.push('}');
+        }
+        leaf => print_leaf(leaf, text),
+    }
+}
+
 fn entry(key: &str, value: &Out, indent: usize, text: &mut String) {
     scalar(key, text);
     text.push(':');

@@ -1,9 +1,14 @@
 //! Element tree → form.
 
 use super::allowance::Allowance;
+use super::write_yaml::flow_of;
 use super::{Beside, FieldKind, FieldType, Form, Place, Slot, Stray, Vocabulary};
 use crate::span::Text;
 use crate::xml::{Attribute, Element, Node, is_blank};
+use crate::yaml;
+
+/// Name of the instruction that keeps keys of YAML.
+pub(super) const X_YAML: &str = "x-yaml";
 
 /// Fills a form from an element; what has no field is kept beside.
 pub fn read_element(from: Element, form: &mut dyn Form, words: &Vocabulary) {
@@ -135,7 +140,14 @@ fn read_child(
 ) {
     let stray = match node {
         Node::Comment(text) => Stray::Comment(text),
-        Node::Instruction(text) => Stray::Instruction(text),
+        Node::Instruction(text) => match yaml_keys(&text) {
+            // Only the first of them: keys are unique.
+            Some(keys) if form.extra().get().keys.is_empty() => {
+                form.extra_mut().edit().keys = keys.into_vec();
+                return;
+            }
+            _ => Stray::Instruction(text),
+        },
         Node::Text(text) if is_blank(&text) && !preserved => return,
         Node::Text(text) => Stray::Text(text),
         Node::Element(element) => match at {
@@ -149,6 +161,17 @@ fn read_child(
     let beside = form.extra_mut().edit();
     beside.strays.push(stray);
     beside.node_order.push(Place::Other);
+}
+
+/// Keys of YAML that an instruction keeps, as this program writes it; their places are not known.
+fn yaml_keys(instruction: &str) -> Option<Box<[(Text, yaml::Node)]>> {
+    let text = instruction.strip_prefix(X_YAML)?.strip_prefix(' ')?;
+    let node = yaml::parse_quietly(text)?.without_places();
+    let known = flow_of(node.entries()) == text;
+    match node.value {
+        yaml::Value::Mapping(entries) if known && !entries.is_empty() => Some(entries),
+        _ => None,
+    }
 }
 
 /// Gives the element back when there is no more room in its field.
@@ -198,4 +221,25 @@ fn text_of(element: Element) -> Text {
 /// True when elements of the field may stand only once.
 pub(super) fn is_single(kind: FieldKind) -> bool {
     matches!(kind, FieldKind::Text | FieldKind::One(_))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::form::{Format, same};
+    use crate::rts_profile::{format, read};
+
+    #[test]
+    fn keys_of_yaml_come_back_from_xml() {
+        let yaml = "rtsProfile:\n  id: \"RTSystem:a:b:1\"\n  mine: {list: [1, null, \"a?>b\\n<\"], empty: {}}\n  components:\n    - instanceName: A0\n      x-note: kept\n";
+        let by_yaml = read("f.yaml", yaml.as_bytes()).unwrap();
+        let xml = format(&by_yaml.shape, &by_yaml.around, Format::Xml);
+        assert!(xml.contains("<?x-yaml {x-note: kept}?>"), "{xml}");
+        let by_xml = read("f.xml", xml.as_bytes()).unwrap();
+        assert!(same(by_yaml.shape.form(), by_xml.shape.form()), "{xml}");
+        assert_eq!(format(&by_xml.shape, &by_xml.around, Format::Xml), xml);
+        // What another program writes under this name stays as it is.
+        let other = xml.replace("{x-note: kept}", "[x-note]");
+        let read = read("f.xml", other.as_bytes()).unwrap();
+        assert_eq!(format(&read.shape, &read.around, Format::Xml), other);
+    }
 }

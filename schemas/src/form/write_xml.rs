@@ -2,6 +2,8 @@
 
 use super::order::{attribute_order, node_order};
 use super::place::{declaration, prefix_of};
+use super::read_xml::X_YAML;
+use super::write_yaml::flow_of;
 use super::{FieldType, Form, Scope, Stray, Value, Vocabulary};
 use crate::span::{Span, Text};
 use crate::xml::{Attribute, Element, Node};
@@ -70,6 +72,11 @@ fn need(prefix: &str, namespace: &str, element: &mut Element, scope: &mut Scope)
 fn children(form: &dyn Form, element: &mut Element, scope: &mut Scope, words: &Vocabulary) {
     let beside = form.extra().get();
     let fields = form.form_type().fields;
+    // XML has no place for keys of YAML, but every reader of XML passes over instructions.
+    if !beside.keys.is_empty() {
+        let text = format!("{X_YAML} {}", flow_of(&beside.keys));
+        element.children.push(Node::Instruction(text.into()));
+    }
     let mut strays = beside.strays.iter();
     let mut next = vec![0; fields.len()];
     for place in node_order(form, &beside.node_order, beside.strays.len()) {

@@ -1,7 +1,7 @@
 //! Form → YAML, under the keys of the reference library.
 
 use super::place::declared_prefix;
-use super::print_yaml::Out;
+use super::print_yaml::{self, Out};
 use super::read_yaml::X_XML;
 use super::{
     Beside, FieldKind, FieldType, Form, Held, Scalar, Scope, Stray, Value, Vocabulary, date,
@@ -70,7 +70,7 @@ fn field_out(field: &FieldType, value: Value<'_>, words: &Vocabulary) -> Option<
     }
 }
 
-fn scalar(kind: FieldKind, text: &Text) -> Out {
+pub(super) fn scalar(kind: FieldKind, text: &Text) -> Out {
     let value = text.value.as_str();
     let quoted = || Out::Text(value.to_owned());
     match kind {
@@ -145,6 +145,15 @@ fn unknown_xml(beside: &Beside) -> Option<Out> {
         }
     }
     (!entries.is_empty()).then_some(Out::Map(entries))
+}
+
+/// Keys that no type knows in one line, for an instruction of XML.
+pub(super) fn flow_of(keys: &[(Text, yaml::Node)]) -> String {
+    let keys = keys
+        .iter()
+        .map(|(key, node)| (key.value.clone(), node_out(node)));
+    // Only a quoted text can hold this letter, and an instruction ends at `?>`.
+    print_yaml::flow(&Out::Map(keys.collect())).replace('>', "\\u003E")
 }
 
 fn node_out(node: &yaml::Node) -> Out {

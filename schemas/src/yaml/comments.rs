@@ -1,8 +1,7 @@
 //! Finds comments, which the parser drops.
 
-use super::{Node, Value, parse};
+use super::{Node, parse_quietly};
 use crate::diagnostic::{Place, Source};
-use crate::span::Span;
 
 /// Most comments that are tried one by one, each by reading the document again.
 const TRIES: usize = 16;
@@ -25,23 +24,7 @@ pub fn first_comment(source: &Source) -> Option<Place> {
 
 /// What the text says, wherever it says it.
 fn value(text: &str) -> Option<Node> {
-    let mut node = parse(&Source::new("", text)).ok()?;
-    forget_places(&mut node);
-    Some(node)
-}
-
-fn forget_places(node: &mut Node) {
-    node.span = Span::default();
-    match &mut node.value {
-        Value::Null | Value::Scalar(_) => {}
-        Value::Sequence(items) => items.iter_mut().for_each(forget_places),
-        Value::Mapping(entries) => {
-            for (key, value) in entries {
-                key.span = Span::default();
-                forget_places(value);
-            }
-        }
-    }
+    parse_quietly(text).map(Node::without_places)
 }
 
 fn without(text: &str, marks: &[usize]) -> String {

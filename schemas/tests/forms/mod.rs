@@ -30,6 +30,25 @@ pub fn files(folder: &str) -> Option<Vec<(String, Vec<u8>)>> {
     Some(files.into_iter().map(read).collect())
 }
 
+/// RTS Profiles anywhere in a folder of the corpus, by their whole path.
+pub fn systems(folder: &std::path::Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(systems(&path));
+            continue;
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        let has = |word: &[u8]| bytes.windows(word.len()).any(|piece| piece == word);
+        if has(b"RtsProfile") || has(b"rtsProfile:") {
+            found.push((path, bytes));
+        }
+    }
+    found.sort();
+    found
+}
+
 /// A tree without what layout is: places, and blanks between elements.
 pub fn bare(mut tree: Tree) -> Tree {
     strip(&mut tree.root, false);

@@ -1,5 +1,5 @@
 //! Profiles of any size, the same each time: as RT System Editor saves a system, a chain of components with all their
-//! properties.
+//! properties. Groups are left away: the reference library stops at them.
 
 use std::fmt::Write;
 
@@ -18,11 +18,6 @@ pub fn of_components(count: usize) -> String {
     for number in 0..count {
         component(number, &mut text);
     }
-    text.push_str("    <rts:Groups rts:groupId=\"all\">\n");
-    for number in (0..count).step_by(100) {
-        member(number, &mut text);
-    }
-    text.push_str("    </rts:Groups>\n");
     for number in 1..count {
         connector(number - 1, number, &mut text);
     }
@@ -84,13 +79,6 @@ fn component(number: usize, text: &mut String) {
         number / 100 * 60,
         number % 100 * 90,
         format!("{number:08x}").repeat(4)
-    );
-}
-
-fn member(number: usize, text: &mut String) {
-    put!(
-        text,
-        "        <rts:Members rts:componentId=\"RTC:rtsctl:example:Filter:1.0\" rts:instanceName=\"Filter{number}\"/>\n"
     );
 }
 

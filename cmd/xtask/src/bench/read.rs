@@ -13,9 +13,9 @@ const SIZES: [u64; 2] = [10, 100];
 
 /// Reads the file once, and prints the seconds.
 const REFERENCE: &str = "
-import sys, time
+import re, sys, time
 from rtsprofile.rts_profile import RtsProfile
-text = open(sys.argv[1], encoding='utf-8').read()
+text = re.sub(r'^<[?]xml.*?[?]>', '', open(sys.argv[1], encoding='utf-8').read())
 start = time.monotonic()
 profile = RtsProfile(xml_spec=text) if sys.argv[1].endswith('xml') else RtsProfile(yaml_spec=text)
 print(time.monotonic() - start)
@@ -86,7 +86,8 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 fn generate(program: &Path, format: &str, bytes: u64, file: &Path) -> Result<()> {
-    let out = std::fs::File::create(file).with_context(|| format!("cannot make {}", file.display()))?;
+    let out =
+        std::fs::File::create(file).with_context(|| format!("cannot make {}", file.display()))?;
     let mut command = project::command(program);
     command.args(["generate", format, &bytes.to_string()]);
     project::run(command.stdout(out))
