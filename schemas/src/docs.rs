@@ -5,6 +5,7 @@
 
 mod facts;
 mod forms;
+mod overlay;
 
 use std::sync::Arc;
 

@@ -21,8 +21,8 @@ use crate::show::plan::{self, PlanFormat, View, yaml};
 
 /// Say what a field of a profile means, or why a step or a change is in a plan
 ///
-/// `rtsctl explain system.components.dataPorts` says what a field is: paths start with `system` (RTS Profile) or `component`
-/// (RTC Profile), and go on with keys of YAML or names of XML. Where there is a file of that name, it is taken for the file.
+/// `rtsctl explain system.components.dataPorts` says what a field is: paths start with `system` (RTS Profile), `component`
+/// (RTC Profile) or `overlay`, and go on with keys of YAML or names of XML. Where there is a file of that name, it is taken for the file.
 ///
 /// `rtsctl explain FILE [STEP|TARGET]` says why a step or a change is in the plan for a system, and why just there; without
 /// STEP or TARGET the whole plan is shown. `rtsctl explain-plan` does only this.

@@ -28,6 +28,13 @@ pub(super) const ROOTS: &[Root] = &[
         version: None,
         docs: || of(RtcProfile::form_type(), &rtc_profile::forms::WORDS),
     },
+    Root {
+        name: "overlay",
+        title: "Deployment overlay",
+        written: "apiVersion: rtsctl.dev/v1, kind: Deployment, in YAML",
+        version: None,
+        docs: super::overlay::deployment,
+    },
 ];
 
 /// What is said of a form.
