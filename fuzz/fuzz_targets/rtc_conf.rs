@@ -18,8 +18,12 @@ impl Sources for Itself<'_> {
 fuzz_target!(|bytes: &[u8]| {
     let mut report = Report::default();
     let setup = load(&[("rtc.conf", bytes)], &Itself(bytes), &mut report);
-    let options =
-        Options { name: None, created: "2026-01-15T10:00:00", types: &[], managers_inside: true };
+    let options = Options {
+        name: None,
+        created: "2026-01-15T10:00:00",
+        types: &[],
+        managers_inside: true,
+    };
     let made = convert(&setup, &options);
     report.extend(made.report.clone());
     for finding in &report.findings {
@@ -27,7 +31,8 @@ fuzz_target!(|bytes: &[u8]| {
     }
     // Whatever it says, what is written can be read.
     let text = made.text(Format::Xml);
-    let read = rts_profile::read("made.xml", text.as_bytes()).expect("what is written is a profile");
+    let read =
+        rts_profile::read("made.xml", text.as_bytes()).expect("what is written is a profile");
     assert_eq!(read.profile.components.len(), made.profile.components.len());
     overlay::read("made.yaml", made.overlay.as_bytes()).expect("what is written is an overlay");
 });
