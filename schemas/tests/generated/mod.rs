@@ -33,7 +33,7 @@ pub fn of_components(count: usize) -> String {
 }
 
 const HEAD: &str = r#"<?xml version="1.0" encoding="UTF-8" standalone="yes"?>
-<rts:RtsProfile rts:id="RTSystem:rtsctl:Generated:1.0" rts:version="0.2" rts:creationDate="2026-01-15T10:00:00.000+09:00" rts:updateDate="2026-01-15T10:00:00.000+09:00" xmlns:rts="http://www.openrtp.org/namespaces/rts" xmlns:rtsExt="http://www.openrtp.org/namespaces/rts_ext" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
+<rts:RtsProfile rts:id="RTSystem:rtsctl:Generated:1.0" rts:version="0.2" rts:creationDate="2026-01-15T10:00:00" rts:updateDate="2026-01-15T10:00:00" xmlns:rts="http://www.openrtp.org/namespaces/rts" xmlns:rtsExt="http://www.openrtp.org/namespaces/rts_ext" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
     <!-- 生成されたシステム -->
 "#;
 
