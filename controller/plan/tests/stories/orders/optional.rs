@@ -184,7 +184,7 @@ fn a_source_that_cannot_go_is_disconnected_from_what_goes() {
     - component/B                its system is torn down; waits, see below (was T in s.main)
     - connector/B.out-A.in  two  is not in the system any more
     - manager/s.main        one  nothing is wanted in it any more
-    - manager/s.main        one  nothing is wanted in it any more; waits, see below
+    - manager/s.main        two  nothing is wanted in it any more; waits, see below
     waiting: component/B: on_finalize failed
     waiting: manager/s.main: it hangs
     Plan: 0 to add, 0 to change, 5 to remove
