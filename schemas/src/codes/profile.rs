@@ -207,4 +207,25 @@ this version; a controller refuses such a system.
 
 Write `PERIODIC` and a rate if the component can run so.",
     },
+    Code {
+        code: "unknown-placement-key",
+        title: "there is no such placement key",
+        explain: "\
+`rtsctl.…` properties of a component, and the keys of an overlay, say where the component runs and what happens when it
+fails. This one is none of them, so nothing would come of it.
+
+    rtsctl.isolate: true          # isolated
+
+Mend the key. `rtsctl explain overlay.components` lists all of them.",
+    },
+    Code {
+        code: "bad-placement-value",
+        title: "a placement key does not take this value",
+        explain: "\
+Each placement key takes values of one kind: words, numbers, times with their unit, sizes with their unit.
+
+    rtsctl.startTimeout: 10       # of what? write 10s
+
+Write one of the values that the help names. `rtsctl explain overlay.components` lists keys and values.",
+    },
 ];
