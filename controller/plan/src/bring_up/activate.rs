@@ -1,5 +1,7 @@
 //! Reset and Activate.
 
+use rts_schemas::system::OnDisconnect;
+
 use super::Bringer;
 use crate::drift;
 use crate::graph::{Gate, NewStep};
@@ -100,6 +102,12 @@ impl<'a> Bringer<'_, '_, 'a> {
             self.steps.need(step, self.creates.get(&id).copied());
         }
         self.steps.need(step, connects);
+        // A component that must have all its peers is refused while the end of one that left is still at its in-port.
+        if want.on_disconnect() != OnDisconnect::Keep {
+            let ends = self.down.left_ends.iter();
+            let own = ends.filter(|end| self.facts.lives[end.live].id() == Some(id));
+            self.steps.need(step, own.filter_map(|end| end.removed));
+        }
         let reset = self.up.resets.get(&id).or(self.configures.get(&id));
         self.steps.need(step, reset.copied());
         self.up.activates.insert(id, step);

@@ -22,6 +22,8 @@ pub(crate) struct LeftEnd<'a> {
     pub reason: String,
     /// Why it cannot be removed now.
     pub blocked: Option<String>,
+    /// The step that removes it.
+    pub removed: Option<Ix>,
 }
 
 impl<'a> Taker<'_, '_, 'a> {
@@ -90,6 +92,7 @@ impl<'a> Taker<'_, '_, 'a> {
         let live = &self.facts.lives[ix];
         let name = target::connector(&binding.connector);
         let blocked = self.blocked.get(&target::on(live.node, &name)).cloned();
+        let mut removed = None;
         if blocked.is_none() {
             let step = self.steps.add(NewStep {
                 node: live.node,
@@ -103,6 +106,7 @@ impl<'a> Taker<'_, '_, 'a> {
                 reason: reason.clone(),
             });
             self.steps.need(step, after);
+            removed = Some(step);
             let uid = live.id().map_or("", |id| id.uid);
             if let Some(key) = self.facts.link(uid, &binding.connector) {
                 self.down.unbound.or_default(key).push(step);
@@ -113,6 +117,7 @@ impl<'a> Taker<'_, '_, 'a> {
             binding,
             reason,
             blocked,
+            removed,
         });
     }
 }
