@@ -97,6 +97,8 @@ impl Work {
                     }
                     found.time += outcome.time;
                     if let Some(violation) = outcome.violation {
+                        // The rest comes at the end, which may be hours away.
+                        eprintln!("seed {seed} fails: {}", violation.invariant);
                         found.failures.push((schedule, violation));
                         self.stop.fetch_or(!keep_going, Ordering::SeqCst);
                     }
