@@ -24,6 +24,9 @@ pub struct NodeSpecs {
     core: Arc<Core>,
     /// Node → session and generation that its agent acknowledged.
     acked: BTreeMap<String, (String, u64)>,
+    /// Node → digest of the spec that it is to have by what is desired now. A node that was away when the others were told
+    /// may be back with the spec of before.
+    wanted: BTreeMap<String, String>,
 }
 
 struct Sending {
@@ -39,14 +42,18 @@ impl NodeSpecs {
         Self {
             core,
             acked: BTreeMap::new(),
+            wanted: BTreeMap::new(),
         }
     }
 
     /// The generation that an agent's ledger holds, when that is the newest.
     pub fn acked(&self, node: &str, session: &str) -> Option<u64> {
         let (by, generation) = self.acked.get(node)?;
-        let newest = self.core.registry().nodes.get(node)?.generation;
-        (by == session && *generation == newest).then_some(*generation)
+        let registry = self.core.registry();
+        let newest = registry.nodes.get(node)?;
+        let wanted = self.wanted.get(node);
+        let is_wanted = wanted.is_none_or(|wanted| *wanted == newest.digest);
+        (by == session && *generation == newest.generation && is_wanted).then_some(*generation)
     }
 
     /// Systems, by uid, of which a node that can be told has not stored the newest spec.
@@ -123,7 +130,9 @@ impl NodeSpecs {
                 self.acked.remove(node);
                 continue;
             }
-            match self.prepare(node, spec).await {
+            let digest = rts_plan::digest(spec);
+            self.wanted.insert(node.clone(), digest.clone());
+            match self.prepare(node, spec, digest).await {
                 Ok(sending) => sendings.extend(sending),
                 Err(reason) => drop(faults.insert(node.clone(), reason)),
             }
@@ -153,7 +162,12 @@ impl NodeSpecs {
     }
 
     /// What is to be sent to a node; nothing when it has it, cannot be reached, or never ran anything.
-    async fn prepare(&self, node: &str, spec: &NodeSpec) -> Result<Option<Sending>, String> {
+    async fn prepare(
+        &self,
+        node: &str,
+        spec: &NodeSpec,
+        digest: String,
+    ) -> Result<Option<Sending>, String> {
         let stored = self.core.registry().nodes.get(node).cloned();
         // Numbers are given out only where they are sent: a node that is away may come back with newer ones.
         let Some(entry) = self.core.sessions.get(node).filter(|entry| !entry.lost) else {
@@ -165,7 +179,6 @@ impl NodeSpecs {
         if !known && spec.systems.is_empty() {
             return Ok(None);
         }
-        let digest = rts_plan::digest(spec);
         let epoch = self.core.epoch();
         let mut given = stored.unwrap_or_default();
         if let Some(ledger) = own.filter(|ledger| ledger.generation > given.generation) {
