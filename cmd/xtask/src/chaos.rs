@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::project;
+use crate::project::{self, Build};
 
 /// Seconds in the tests.
 const SHORT: u64 = 60;
@@ -20,7 +20,11 @@ pub struct Args {
 
 /// Builds everything, and runs the chaos.
 pub fn run(args: &Args) -> Result<()> {
-    let mut command = project::program("chaos", false)?;
+    run_built(args, Build::Programs)
+}
+
+fn run_built(args: &Args, build: Build) -> Result<()> {
+    let mut command = project::program("chaos", build)?;
     command.arg("--minutes");
     command.arg(args.minutes.to_string());
     if let Some(seed) = args.seed {
@@ -34,5 +38,5 @@ pub fn short() -> Result<()> {
     let minutes = SHORT as f64 / 60.0;
     // The same actions each time.
     let seed = Some(1);
-    run(&Args { minutes, seed })
+    run_built(&Args { minutes, seed }, Build::Everything)
 }

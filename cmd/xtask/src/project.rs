@@ -33,17 +33,35 @@ pub fn command(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// A program of the workspace, built. All of the workspace is built with it: cargo would give a package that is built alone
-/// other features of what it stands on, and build all of that a second time.
-pub fn program(name: &str, release: bool) -> Result<Command> {
-    let mut build = cargo();
-    build.args(["build", "--quiet", "--workspace", "--locked"]);
-    if release {
-        build.arg("--release");
-    }
-    run(&mut build)?;
-    let profile = if release { "release" } else { "dev" };
-    Ok(command(programs(profile).join(name)))
+/// What is built together with a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Build {
+    /// The programs and modules of the workspace.
+    Programs,
+    /// The same, for speed.
+    Release,
+    /// The tests too, as the suite `build` has done it.
+    Everything,
+}
+
+/// A program of the workspace, built. All of the workspace is built with it: cargo would give a package that is built alone,
+/// or without its tests, other features of what it stands on, and build all of that a second time.
+pub fn program(name: &str, build: Build) -> Result<Command> {
+    let mut command = cargo();
+    command.args(["build", "--quiet", "--workspace", "--locked"]);
+    let profile = match build {
+        Build::Programs => "dev",
+        Build::Release => {
+            command.arg("--release");
+            "release"
+        }
+        Build::Everything => {
+            command.arg("--all-targets");
+            "dev"
+        }
+    };
+    run(&mut command)?;
+    Ok(self::command(programs(profile).join(name)))
 }
 
 /// Runs to the end; anything but success is an error that shows the command.

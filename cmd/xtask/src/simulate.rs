@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::project;
+use crate::project::{self, Build};
 
 /// Seeds that the tests run.
 const SHORT: u64 = 2000;
@@ -29,7 +29,16 @@ pub struct Args {
 
 /// Runs the seeds.
 pub fn run(args: &Args) -> Result<()> {
-    let mut command = project::program("simulate", args.release)?;
+    let build = if args.release {
+        Build::Release
+    } else {
+        Build::Programs
+    };
+    run_built(args, build)
+}
+
+fn run_built(args: &Args, build: Build) -> Result<()> {
+    let mut command = project::program("simulate", build)?;
     match args.seed {
         Some(seed) => command.args(["--trace", "--seed"]).arg(seed.to_string()),
         None => command
@@ -41,11 +50,12 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// The part that the tests run.
 pub fn short() -> Result<()> {
-    run(&Args {
+    let args = Args {
         seeds: SHORT,
         start: 0,
         seed: None,
         release: false,
         more: Vec::new(),
-    })
+    };
+    run_built(&args, Build::Everything)
 }
