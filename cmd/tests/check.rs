@@ -9,7 +9,11 @@ use std::process::{Command, Stdio};
 use rts_schemas::codes;
 
 /// Codes that no example gives, and why.
-const WITHOUT: [(&str, &str); 4] = [
+const WITHOUT: [(&str, &str); 5] = [
+    (
+        "unreadable-file",
+        "a file that is not there is no example; a test of its own has it",
+    ),
     (
         "too-dense",
         "its example would be nothing but thousands of empty values",
@@ -294,6 +298,16 @@ fn everything_is_told_though_a_file_cannot_be_read() {
     assert!(stdout.contains("error[bad-placement-value]"), "{stdout}");
     assert!(
         stderr.ends_with("cannot read nothing.yaml: No such file or directory (os error 2)\n"),
+        "{stderr}"
+    );
+    let (code, stdout, stderr) = check(&["nothing.xml", "-o", "json"]);
+    assert_eq!(code, 3);
+    let report: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(report["findings"][0]["code"], "unreadable-file");
+    assert!(!stderr.contains("no problem"), "{stderr}");
+    let (_, stdout, stderr) = check(&["nothing.xml"]);
+    assert!(
+        stdout.is_empty() && !stderr.contains("no problem"),
         "{stderr}"
     );
     let (code, _, _) = check(&["-", "-f", "-"]);

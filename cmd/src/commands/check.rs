@@ -8,7 +8,7 @@ mod library;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use rts_schemas::diagnostic::{Report, Severity};
+use rts_schemas::diagnostic::{Finding, Report, Severity};
 
 use self::files::Files;
 use crate::error::CliError;
@@ -88,14 +88,21 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         name: args.name.as_deref(),
         nodes: args.nodes.iter().map(String::as_str).collect(),
     };
-    let (report, unreadable) = files.check(out)?;
+    let (mut report, unreadable) = files.check(out)?;
+    if let Some(error) = unreadable.as_ref().filter(|_| args.output != Format::Text) {
+        // Who reads only this must not take what could not be read for what is right.
+        let help = "name a file that is there and can be read; what is said of the others holds";
+        report.push(Finding::error("unreadable-file", error.line()).help(help));
+    }
     let count = Count::of(&report);
     match args.output {
         Format::Text => out.result(&findings::text(&report))?,
         Format::Json => out.result(&format!("{:#}", count.document(&report)))?,
         Format::Sarif => out.result(&format!("{:#}", sarif::document(&report)))?,
     }
-    out.say(&count.line());
+    if unreadable.is_none() || !report.findings.is_empty() {
+        out.say(&count.line());
+    }
     if let Some(error) = unreadable {
         return Err(error);
     }

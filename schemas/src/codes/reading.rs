@@ -172,4 +172,14 @@ value where a mapping does. It is not read.
     components:                  right
       - instanceName: Sine0",
     },
+    Code {
+        code: "unreadable-file",
+        title: "a file cannot be read",
+        explain: "\
+The file is not there, is a folder, or may not be read by you. Nothing was checked in it; what is said of the other files
+holds all the same. It stands in JSON and SARIF, so that a report of a check that could not be made is not taken for a good
+one; the exit code is 3.
+
+Mend the name, or the rights of the file.",
+    },
 ];
