@@ -30,6 +30,11 @@ impl Program {
     }
 }
 
+/// How often a process is asked for its arguments until it has some.
+const LOOKS: u32 = 20;
+/// Time between two of these looks.
+const LOOK: std::time::Duration = std::time::Duration::from_millis(1);
+
 /// A process of ours that works for a home.
 #[derive(Debug)]
 pub struct Stray {
@@ -60,7 +65,7 @@ fn look(pid: u32, home: &Home, program: Program) -> Option<Stray> {
     (std::fs::metadata(&folder).ok()?.uid() == own).then_some(())?;
     let exe = std::fs::read_link(folder.join("exe")).ok()?;
     (base_name(&exe) == Some(program.file_name())).then_some(())?;
-    let arguments = std::fs::read(folder.join("cmdline")).ok()?;
+    let arguments = arguments_of(&folder.join("cmdline"))?;
     let arguments = Arguments::of(&arguments);
     arguments.is_of(home, program).then_some(())?;
     (!process.ended(std::time::Duration::ZERO)).then_some(())?;
@@ -69,6 +74,19 @@ fn look(pid: u32, home: &Home, program: Program) -> Option<Stray> {
         name: arguments.name(program),
         system: arguments.text("--system-name"),
     })
+}
+
+/// The arguments of a process. One that is just being started has its program before it has arguments: those are waited
+/// for, a moment.
+fn arguments_of(cmdline: &Path) -> Option<Vec<u8>> {
+    for _ in 0..LOOKS {
+        let arguments = std::fs::read(cmdline).ok()?;
+        if !arguments.is_empty() {
+            return Some(arguments);
+        }
+        std::thread::sleep(LOOK);
+    }
+    None
 }
 
 /// File name of a program; the kernel marks one that was replaced on disk.
