@@ -106,6 +106,7 @@ pub fn connector(source: &str, from: &str, target: &str, to: &str) -> PlacedConn
         },
         source: end(from),
         target: end(to),
+        undetermined: None,
     }
 }
 
@@ -142,6 +143,7 @@ pub fn node_spec_with(policy: &Policy) -> NodeSpecEnvelope {
             ..ComponentSpec::default()
         },
         manager: manager.to_owned(),
+        stand_in: None,
         module_digest: None,
         recreate_hash: "h".to_owned(),
     };
@@ -196,6 +198,7 @@ pub fn up() -> Batch {
                 execution_kind: ExecutionKind::Periodic,
                 rate: Some(100.0),
                 on_disconnect: Default::default(),
+                stand_in: None,
             },
         ));
     }
