@@ -229,6 +229,7 @@ pub fn up() -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 8,
+        seen: None,
     }
 }
 
