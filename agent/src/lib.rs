@@ -35,6 +35,7 @@ mod start;
 
 pub use agent::StartError;
 pub use config::Config;
+pub use folders::is_node_name;
 pub use inputs::Inputs;
 pub use local::LocalAgent;
 pub use run::{RunError, openapi, run};
