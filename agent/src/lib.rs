@@ -6,6 +6,7 @@
 mod agent;
 mod api;
 mod batches;
+mod bind;
 mod by_hand;
 mod config;
 mod events;
@@ -26,6 +27,7 @@ pub mod machine;
 mod manager_link;
 mod managers;
 mod modules;
+pub mod peers;
 mod policies;
 mod restarts;
 mod run;

@@ -41,7 +41,7 @@ pub(super) fn link(error: LinkError) -> Problem {
     step(StepError::from(error))
 }
 
-pub(super) fn step(error: StepError) -> Problem {
+pub(crate) fn step(error: StepError) -> Problem {
     let detail = error.to_string();
     let Some(failure) = error.failure() else {
         return Problem::unavailable("manager-silent", detail);
