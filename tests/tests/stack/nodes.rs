@@ -111,8 +111,10 @@ fn samples_go_from_node_to_node_and_nothing_is_left() {
 
     stack.expect(0, &["teardown", "hello", "--yes"]);
     assert_eq!(stack.get("managers").len(), 0);
-    let left = processes_of(&stack.home().join("run"));
-    assert!(left.is_empty(), "manager processes are left: {left:?}");
+    for node in ["arm", "base"] {
+        let left = processes_of(&stack.home().join("run").join(node));
+        assert!(left.is_empty(), "manager processes are left: {left:?}");
+    }
 
     // A home keeps its nodes until it is purged.
     stack.expect(0, &["down"]);
@@ -221,8 +223,7 @@ fn hosts_of_a_profile_find_their_nodes_by_alias() {
         |host: &str, text: &str| text.replace("localhost/Sine0.rtc", &format!("{host}/Sine0.rtc"));
     let file = stack.write("hosts.xml", at("robot-arm.local", &profile));
     let file = file.to_str().expect("a path");
-    let said = stack.expect(0, &["apply", file]);
-    assert!(said.err.contains("robot-arm.local"), "{said:#?}");
+    stack.expect(0, &["apply", file]);
     let node = |component: &str| stack.named("components", component)["status"]["node"].clone();
     assert_eq!(
         (node("Sine0"), node("Filter0")),
