@@ -4,6 +4,7 @@
 mod agent;
 mod batch;
 mod controller;
+mod peers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use crate::net::{Net, Reset};
 use crate::truth::Truth;
 
 pub use self::controller::{SimSession, SimUser};
+pub use self::peers::SimPeers;
 
 /// Who serves where. Clones are the same.
 #[derive(Clone)]

@@ -1,6 +1,7 @@
 //! Messages of the agent API.
 
 mod act;
+mod bind;
 
 use std::collections::BTreeMap;
 
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 pub use self::act::{Act, ActRequest, Acted};
+pub use self::bind::{BindRequest, Bound};
 
 /// Who an agent is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
