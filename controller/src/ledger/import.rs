@@ -189,6 +189,11 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
             Some(old) => *old = component,
             None => all.push(component),
         }
+        if placed.stand_in.is_some() {
+            record.stand_ins.insert(placed.spec.instance.clone());
+            continue;
+        }
+        record.stand_ins.remove(&placed.spec.instance);
         let type_name = placed.spec.type_name.clone();
         match &placed.module_digest {
             Some(digest) => drop(record.digests.insert(type_name, digest.clone())),
@@ -274,6 +279,7 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
             orders: Orders::default(),
         },
         digests: BTreeMap::new(),
+        stand_ins: BTreeSet::new(),
         nodes: BTreeSet::new(),
         created: now,
         deleted: None,

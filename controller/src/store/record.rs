@@ -23,6 +23,9 @@ pub struct SystemRecord {
     /// SHA-256 of each type's module file when it was applied, by type name.
     #[serde(default)]
     pub digests: BTreeMap<String, String>,
+    /// Instances whose place a stand-in takes, as it was decided when this spec was admitted, or taken in.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub stand_ins: BTreeSet<String>,
     /// Nodes that it ever ran on; a teardown needs the word of each.
     #[serde(default)]
     pub nodes: BTreeSet<String>,
