@@ -100,6 +100,8 @@ async fn start_agent(home: &Home, module_path: Option<OsString>) -> Result<(), L
     command.arg("--home").arg(home.path());
     command.arg("--node").arg(LOCAL_NODE);
     command.arg("--controller").arg(home.controller_socket());
+    // What a component starts can be told to be of this home, wherever it goes.
+    command.env("RTSCTL_HOME", home.path());
     let module_path = module_path.or_else(|| std::env::var_os("RTSCTL_MODULE_PATH"));
     if let Some(path) = module_path.filter(|p| !p.is_empty()) {
         command.env("RTSCTL_MODULE_PATH", absolute_entries(&path));
