@@ -18,6 +18,7 @@ mod samples;
 mod sequence;
 mod snapshot;
 mod stack;
+mod steady;
 mod teardown;
 
 use std::path::PathBuf;
@@ -42,9 +43,9 @@ use crate::session::Session;
 ///
 /// Starts a controller, and an agent for each host of the profile, in a folder of its own; the stack of RTSCTL_HOME is not
 /// touched. The checks are: start, apply, samples (every data connector carries some), again (a second apply changes
-/// nothing), export (what `rtsctl export` writes changes nothing), heal (a manager that is killed comes back, and nothing
-/// else is touched), teardown and clean (no process, socket, file or shared memory is left). Several smoke tests may run
-/// at a time.
+/// nothing), export (what `rtsctl export` writes changes nothing), steady (nothing dies for a while), heal (a manager that
+/// is killed comes back, and nothing else is touched), teardown and clean (no process, socket, file or shared memory is
+/// left). Several smoke tests may run at a time.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "rtsctl smoke [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl smoke [OPTIONS] -f FILE [-f OVERLAY]..."
@@ -59,6 +60,9 @@ pub struct Args {
     /// A check, or `total`, fails when it takes longer (`apply=2s`); may be repeated
     #[arg(long = "budget", value_name = "CHECK=TIME")]
     budgets: Vec<Budget>,
+    /// How long everything must run, before something is killed, without a component that dies or leaves its state
+    #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = duration)]
+    steady: Duration,
     /// Kill nothing: leave out the check `heal`
     #[arg(long)]
     no_faults: bool,
@@ -105,7 +109,7 @@ pub async fn run(args: Args, out: &Output) -> Result<Exit, CliError> {
         ));
     }
     let stack = Stack::make(nodes::of(&input.request.spec)?, *out)?;
-    let mut context = Context::new(&input, &stack, args.timeout);
+    let mut context = Context::new(&input, &stack, args.timeout, args.steady);
     let mut report = Report::new(&input.request.spec, Budgets(args.budgets.clone()));
     let checks = sequence::run(&mut context, &mut report, !args.no_faults);
     let interrupted = interrupted(checks, &stack.session).await;
@@ -131,6 +135,7 @@ async fn interrupted(checks: impl Future<Output = ()>, session: &Session) -> boo
             Ok(mut signal) => drop(signal.recv().await),
             Err(_) => std::future::pending().await,
         }
+        session.out.stderr("rtsctl: taking the stack down");
     };
     let checks = async {
         tokio::select! {

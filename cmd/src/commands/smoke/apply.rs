@@ -31,6 +31,7 @@ pub async fn check(context: &mut Context<'_>) -> Verdict {
     };
     see(&mut context.steps, &[]);
     context.settled = context.look().await?.clone();
+    context.settled_at = Instant::now();
     judged(context, &system, verdict)
 }
 
@@ -51,12 +52,16 @@ fn judged(context: &Context<'_>, system: &System, verdict: follow::Verdict) -> V
         }
         follow::Verdict::Partly(waiting) => {
             let required = waiting.iter().filter(|w| w.required);
-            let error = partly(system, &waiting);
-            let failure = Failure::new(match &error {
-                CliError::Partly { summary, .. } => summary.clone(),
+            let message = match partly(system, &waiting) {
+                CliError::Partly {
+                    summary,
+                    target: Some(target),
+                    ..
+                } if !summary.contains(&target) => format!("{summary}, but not {target}"),
+                CliError::Partly { summary, .. } => summary,
                 other => other.line(),
-            });
-            Err(failure.waiting(required, context.spec()))
+            };
+            Err(Failure::new(message).waiting(required, context.spec()))
         }
         follow::Verdict::Going | follow::Verdict::Unclear => {
             let status = &system.status;

@@ -13,6 +13,8 @@ pub enum Check {
     Again,
     /// What is exported is what runs.
     Export,
+    /// For some time nothing dies.
+    Steady,
     /// A manager that was killed comes back.
     Heal,
     /// The system goes.
@@ -25,12 +27,13 @@ pub enum Check {
 
 impl Check {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Start,
         Self::Apply,
         Self::Samples,
         Self::Again,
         Self::Export,
+        Self::Steady,
         Self::Heal,
         Self::Teardown,
         Self::Clean,
@@ -45,6 +48,7 @@ impl Check {
             Self::Samples => "samples",
             Self::Again => "again",
             Self::Export => "export",
+            Self::Steady => "steady",
             Self::Heal => "heal",
             Self::Teardown => "teardown",
             Self::Clean => "clean",

@@ -11,10 +11,12 @@ use crate::local::{down, remove};
 /// Stops the stack, removes its folder, and looks for what is left. What is left of processes is killed.
 pub fn check(context: &Context<'_>) -> Verdict {
     let left = end(context)?;
-    if left.is_empty() {
-        return Ok("no process, socket, file or shared memory is left".to_owned());
-    }
-    let mut failure = Failure::new(format!("left behind: {}", left.join(", ")));
+    let message = match left.as_slice() {
+        [] => return Ok("no process, socket, file or shared memory is left".to_owned()),
+        [one] => format!("left behind: {one}"),
+        [first, more @ ..] => format!("left behind: {first}, and {} more", more.len()),
+    };
+    let mut failure = Failure::new(message);
     failure.details = left;
     Err(failure)
 }

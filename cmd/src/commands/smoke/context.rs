@@ -36,6 +36,10 @@ pub struct Context<'a> {
     pub steps: Vec<(String, Instant, Option<Instant>)>,
     /// What ran once all was up.
     pub settled: Snapshot,
+    /// When that was.
+    pub settled_at: Instant,
+    /// How long it must stay so.
+    pub steady: Duration,
     /// What ran last.
     pub last: Snapshot,
     /// All processes that were seen.
@@ -44,7 +48,7 @@ pub struct Context<'a> {
 
 impl<'a> Context<'a> {
     /// Nothing runs yet.
-    pub fn new(input: &'a Input, stack: &'a Stack, timeout: Duration) -> Self {
+    pub fn new(input: &'a Input, stack: &'a Stack, timeout: Duration, steady: Duration) -> Self {
         Self {
             input,
             stack,
@@ -53,6 +57,8 @@ impl<'a> Context<'a> {
             plan: None,
             steps: Vec::new(),
             settled: Snapshot::default(),
+            settled_at: Instant::now(),
+            steady,
             last: Snapshot::default(),
             family: Family::of(stack.home().path()),
         }

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use jiff::Timestamp;
 use rts_agent_api::messages::LogQuery;
-use rts_controller_api::objects::Kind;
+use rts_controller_api::objects::{Event, Kind};
 use rts_controller_api::requests::PlanResult;
 use rts_plan::plan::Step;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
@@ -14,8 +14,8 @@ use super::check::Check;
 use super::context::Context;
 use super::report::Report;
 use crate::follow::{Log, LogNews};
-use crate::show::lists::{self, Look};
 use crate::show::plan::{self, View};
+use crate::show::table::Table;
 
 /// Most components whose log is read.
 const LOGS: usize = 3;
@@ -75,10 +75,8 @@ impl Evidence {
             text.push_str(&format!("\nThe plan:\n{plan}"));
         }
         if !self.events.is_empty() {
-            let now = Timestamp::now();
-            let table = lists::table(Kind::Event, &self.events, Look { wide: false, now });
-            let table = table.map(|table| table.render(true, false));
-            text.push_str(&format!("\nWhat happened:\n{}", table.unwrap_or_default()));
+            let events = happened(&self.events);
+            text.push_str(&format!("\nWhat happened:\n{events}"));
         }
         for (whose, lines) in &self.logs {
             text.push_str(&format!("\nThe last log lines of {whose}:\n"));
@@ -100,6 +98,24 @@ impl Evidence {
             "logs": logs.collect::<Vec<_>>(),
         })
     }
+}
+
+/// Events with the time since the first one.
+fn happened(events: &[Value]) -> String {
+    let events: Vec<Event> = events
+        .iter()
+        .filter_map(|e| Event::deserialize(e).ok())
+        .collect();
+    let first = events.iter().find_map(|event| event.status.time);
+    let mut table = Table::new(&["TIME", "TYPE", "REASON", "OBJECT", "MESSAGE"]);
+    for event in events {
+        let since = event.status.time.zip(first);
+        let since = since.map(|(time, first)| time.duration_since(first).as_secs_f64());
+        let since = since.map_or_else(String::new, |seconds| format!("{seconds:.3} s"));
+        let spec = event.spec;
+        table.row([since, spec.kind, spec.reason, spec.object, spec.message]);
+    }
+    table.render(true, false)
 }
 
 async fn lines(mut log: Log) -> Vec<String> {

@@ -62,7 +62,15 @@ impl Failure {
         let waiting: Vec<_> = waiting.into_iter().collect();
         let told = grouped(waiting.iter().copied(), |_| String::new());
         self.details.extend(told);
-        self.of(waiting.iter().flat_map(|w| components(&w.target, spec)))
+        // A connector waits for a component, most of the time.
+        let is_component = |w: &&&Waiting| w.target.starts_with("component/");
+        let own: Vec<_> = waiting.iter().filter(is_component).collect();
+        let blamed = match own.is_empty() {
+            true => waiting.iter().collect(),
+            false => own,
+        };
+        let blamed = blamed.into_iter().flat_map(|w| components(&w.target, spec));
+        self.of(blamed)
     }
 }
 

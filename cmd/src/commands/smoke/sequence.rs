@@ -7,7 +7,7 @@ use super::context::Context;
 use super::evidence::{self, Evidence};
 use super::failure::Verdict;
 use super::report::Report;
-use super::{again, apply, clean, export, heal, samples, teardown};
+use super::{again, apply, clean, export, heal, samples, steady, teardown};
 use crate::local::plural;
 
 /// All checks but the last. What shows why one failed is kept before everything is taken down.
@@ -20,14 +20,15 @@ pub async fn run(context: &mut Context<'_>, report: &mut Report, faults: bool) {
         made(Check::Again, context, report, again::check).await;
         made(Check::Export, context, report, export::check).await;
     }
+    let steady = flows && made(Check::Steady, context, report, steady::check).await;
     let skipped = match faults {
         false => Some("no faults are wanted".to_owned()),
-        true if flows => heal::impossible(context),
+        true if steady => heal::impossible(context),
         true => None,
     };
     match skipped {
         Some(reason) => report.skip(Check::Heal, &reason),
-        None if flows => {
+        None if steady => {
             made(Check::Heal, context, report, heal::check).await;
         }
         None => {}
