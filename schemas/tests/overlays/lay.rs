@@ -156,16 +156,31 @@ fn what_is_only_kept_is_told_and_kept() {
         .iter()
         .map(|f| (f.code.as_str(), f.place.as_ref().unwrap().column))
         .collect();
-    assert_eq!(codes.len(), 6, "{codes:?}");
+    assert_eq!(codes.len(), 5, "{codes:?}");
     assert!(codes.iter().all(|(code, _)| *code == "not-carried-out"));
     let sine = &loaded.spec.components[0];
     let kept = serde_json::json!([sine.package, sine.stand_in, sine.resources]);
     let expected = serde_json::json!([
         {"name": "sine", "version": "1.2"},
-        "never",
+        {"when": "never"},
         {"cpus": "1-3", "realtimePriority": 50, "memoryLimitBytes": 268_435_456},
     ]);
     assert_eq!(kept, expected);
+}
+
+#[test]
+fn a_stand_in_is_said_in_a_word_or_with_what_it_does() {
+    let specs = [
+        "{types: {SineSource: {standIn: {when: missing, startupTime: 2s}}}}",
+        "{components: {Sine0: {standIn: always}, Filter0: {standIn: {fail: activate}}}}",
+        "{components: {Sine0: {standIn: {startupTime: null, crashAfter: 5s}}}}",
+    ];
+    let loaded = laid(&specs).unwrap();
+    assert_eq!(loaded.report, Report::default());
+    let said = |index: usize| serde_json::json!(loaded.spec.components[index].stand_in);
+    let sine = serde_json::json!({"when": "always", "crashAfterMs": 5000});
+    assert_eq!(said(0), sine);
+    assert_eq!(said(1), serde_json::json!({"fail": "activate"}));
 }
 
 #[test]
@@ -247,7 +262,7 @@ fn an_export_needs_no_overlay() {
         .iter()
         .map(|f| f.code.as_str())
         .collect();
-    assert_eq!(codes, ["not-carried-out"; 3]);
+    assert_eq!(codes, ["not-carried-out"; 2]);
 }
 
 /// So a fault that the controller finds is shown where it was said last.
