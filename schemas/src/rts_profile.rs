@@ -62,6 +62,16 @@ impl ReadProfile {
         (!span.is_unknown()).then(|| self.source.place(span.start, span.end))
     }
 
+    /// Keeps the comments of YAML as comments of XML, which YAML is never written with.
+    pub fn keep_remarks(&mut self) {
+        form::keep_all_remarks(
+            self.format,
+            &self.source,
+            self.shape.form_mut(),
+            &mut self.around,
+        );
+    }
+
     /// The component with this instance name; of several the first.
     pub fn component(&self, instance: &str) -> Option<&Component> {
         let index = *self.instances.get(instance.trim())?;

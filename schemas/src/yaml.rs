@@ -8,7 +8,7 @@ mod characters;
 mod comments;
 mod density;
 
-pub use comments::first_comment;
+pub use comments::{first_comment, remarks};
 
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span as Range, Tag};
 

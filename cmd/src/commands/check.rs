@@ -3,7 +3,6 @@
 mod cycles;
 mod explain;
 mod files;
-mod library;
 
 use std::path::PathBuf;
 

@@ -7,9 +7,10 @@ use rts_schemas::diagnostic::Report;
 use rts_schemas::overlay::{self, Overlay};
 use rts_schemas::rtc_profile;
 
-use super::{cycles, library};
+use super::cycles;
 use crate::error::CliError;
 use crate::input::{is_stdin, read, shown};
+use crate::library;
 use crate::output::Output;
 
 /// What is checked together.
