@@ -1,7 +1,7 @@
 //! What people do by hand: load modules, create and delete components without a system, and change what runs.
 
 mod act;
-mod answers;
+pub(crate) mod answers;
 mod stale;
 mod turns;
 

@@ -208,6 +208,8 @@ fn binding(info: BindingInfo) -> BindingObserved {
             port: port.to_owned(),
         }),
         connected: info.connected,
+        samples_received: info.samples_received,
+        drops: info.drops,
     }
 }
 

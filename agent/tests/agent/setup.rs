@@ -360,6 +360,7 @@ pub fn batch(plan_id: &str, generation: u64, steps: Vec<Step>) -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 8,
+        seen: None,
     }
 }
 

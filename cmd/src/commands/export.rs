@@ -58,7 +58,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         session.out.say(&format!("note: {note}"));
     }
     if args.out == Path::new("-") {
-        session.out.result(&text)?;
+        session.out.document(&text)?;
         return Ok(Exit::Ok);
     }
     save(&args.out, &text)?;
@@ -70,7 +70,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
 }
 
 /// An RTS Profile. Its dates are in UTC.
-fn profile(spec: &SystemSpec, created: Timestamp, now: Timestamp) -> String {
+pub fn profile(spec: &SystemSpec, created: Timestamp, now: Timestamp) -> String {
     let date = |time: Timestamp| time.strftime("%Y-%m-%dT%H:%M:%S").to_string();
     let options = WriteOptions {
         created: &date(created),

@@ -28,8 +28,8 @@ use super::table::Table;
 pub struct Scene {
     /// When it was looked at.
     pub now: Timestamp,
-    /// The controller is the local one, and the agent of its node does not run.
-    pub lacks_agent: bool,
+    /// Nodes of the local controller whose agents do not run.
+    pub lacking: Vec<String>,
     /// Systems.
     pub systems: Vec<System>,
     /// Nodes.

@@ -260,6 +260,12 @@ pub struct BindingObserved {
     pub source: Option<PortRef>,
     /// A source is connected.
     pub connected: bool,
+    /// Samples read by the in-port's component over the connection. A counter.
+    #[serde(default)]
+    pub samples_received: u64,
+    /// Samples dropped from the in-port's full queue. A counter.
+    #[serde(default)]
+    pub drops: u64,
 }
 
 /// State of a connector.

@@ -93,6 +93,9 @@ pub struct Restored {
     /// Nodes whose ledgers have been compared since.
     #[serde(default)]
     pub settled: BTreeSet<String>,
+    /// Systems that users have applied or torn down since: no ledger of before knows better.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub said: BTreeSet<String>,
 }
 
 /// The whole store.
@@ -154,6 +157,7 @@ impl State {
             at,
             take_over,
             settled: BTreeSet::new(),
+            said: BTreeSet::new(),
         });
         let ran = self.systems.values().flat_map(|record| &record.nodes);
         let nodes: BTreeSet<String> = ran.chain(self.nodes.keys()).cloned().collect();

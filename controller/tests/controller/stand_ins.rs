@@ -20,7 +20,7 @@ fn with_camera(when: Option<StandIn>) -> SystemSpec {
 /// Names of the components that are stand-ins.
 fn stand_ins(cluster: &Cluster) -> Vec<String> {
     let all = cluster.core.view.list::<Component>();
-    let stand_ins = all.into_iter().filter(|c| c.status.stand_in);
+    let stand_ins = all.items.into_iter().filter(|c| c.status.stand_in);
     stand_ins.map(|c| c.metadata.name).collect()
 }
 
@@ -42,8 +42,8 @@ async fn what_has_no_module_gets_a_stand_in_until_the_module_is_there_and_it_is_
     );
     // Nobody decides anything without being asked.
     agent.state.lock().unwrap().types.insert("Camera".into());
-    let cluster = cluster.restart().await;
-    cluster.greet(&agent);
+    let mut cluster = cluster.restart().await;
+    cluster.join("local", "s2");
     cluster.until_phase("hello", Phase::Converged).await;
     assert_eq!(agent.take_done(), [""; 0]);
     let applied = cluster.apply(spec.clone()).await;
@@ -120,6 +120,6 @@ async fn a_connector_at_an_undetermined_port_holds_nobody_up() {
         .core
         .view
         .list::<rts_controller_api::objects::Connector>();
-    let found = all.into_iter().find(|c| c.metadata.name == name).unwrap();
+    let found = all.items.into_iter().find(|c| c.metadata.name == name).unwrap();
     insta::assert_snapshot!(found.status.waiting_on.unwrap(), @"is not made: port Camera0.out of a stand-in is undetermined: its data type is not known");
 }

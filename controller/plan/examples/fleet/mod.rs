@@ -159,6 +159,8 @@ fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
             port: spec.target.port.clone(),
             source: Some(spec.source.clone()),
             connected: true,
+            samples_received: 0,
+            drops: 0,
         });
         let own = sources.entry(spec.source.instance.as_str()).or_default();
         own.push(ConnectorObserved {

@@ -178,7 +178,7 @@ pub struct BindingInfo {
     pub source: Option<String>,
     /// A source is connected.
     pub connected: bool,
-    /// Samples that the component has read.
+    /// Samples that the component has read, each with a higher number than the one before.
     pub samples_received: u64,
     /// Samples dropped from the in-port's queue.
     pub drops: u64,
