@@ -24,11 +24,7 @@ const PROFILES: usize = 5000;
 const HEAD: u64 = 4096;
 
 /// Reads every RTC Profile at these paths. Files of a folder that are no RTC Profile are passed over; one that is, and
-<<<<<<< HEAD
-/// cannot be read, is a warning.
-=======
 /// cannot be read, is a note: a component of its type, if there is one, lacks its RTC Profile, and that is a warning.
->>>>>>> main
 pub(crate) fn read(
     paths: &[PathBuf],
     bytes: &mut impl FnMut(&Path) -> Option<Vec<u8>>,

@@ -120,6 +120,10 @@ async fn a_connector_at_an_undetermined_port_holds_nobody_up() {
         .core
         .view
         .list::<rts_controller_api::objects::Connector>();
-    let found = all.items.into_iter().find(|c| c.metadata.name == name).unwrap();
+    let found = all
+        .items
+        .into_iter()
+        .find(|c| c.metadata.name == name)
+        .unwrap();
     insta::assert_snapshot!(found.status.waiting_on.unwrap(), @"is not made: port Camera0.out of a stand-in is undetermined: its data type is not known");
 }
