@@ -2,6 +2,7 @@
 
 mod acts;
 mod batches;
+mod bindings;
 mod health;
 mod managers;
 mod node;
@@ -48,6 +49,7 @@ fn documented() -> OpenApiRouter<Arc<Agent>> {
         .routes(routes!(node::log))
         .routes(routes!(batches::run_batch))
         .routes(routes!(batches::release))
+        .routes(routes!(bindings::bind))
         .routes(routes!(managers::load_module))
         .routes(routes!(managers::unload_module))
         .routes(routes!(managers::factories))

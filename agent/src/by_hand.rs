@@ -1,7 +1,7 @@
 //! What people do by hand: load modules, create and delete components without a system, and change what runs.
 
 mod act;
-mod answers;
+pub(crate) mod answers;
 mod stale;
 mod turns;
 
@@ -89,6 +89,7 @@ impl Agent {
             rate: wish.rate,
             log_path: log_path.display().to_string(),
             on_disconnect: None,
+            stand_in: None,
         };
         let created = self.create_in(&manager, request, module_file.path).await;
         if created.is_err() && fresh {

@@ -12,6 +12,7 @@ use tokio::sync::mpsc;
 use crate::agent::Agent;
 use crate::inputs::Inputs;
 use crate::machine::Host;
+use crate::peers::HomePeers;
 
 /// An agent in a home of its own, which can start nothing.
 pub(crate) async fn agent(home: &Path) -> Arc<Agent> {
@@ -35,6 +36,7 @@ pub(crate) async fn agent_with(home: &Path, disk: Arc<dyn Disk>) -> Arc<Agent> {
         disk,
         machine: Arc::new(Host::take(&config).await.unwrap()),
         controller: None,
+        peers: Arc::new(HomePeers::new(home)),
     };
     Arc::new(Agent::new(config, inputs).await.unwrap())
 }

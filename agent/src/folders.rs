@@ -147,7 +147,7 @@ impl Folders {
 }
 
 /// True for a name that stays inside its folder and survives a shell.
-fn is_node_name(name: &str) -> bool {
+pub fn is_node_name(name: &str) -> bool {
     (1..=MAX_NODE).contains(&name.len())
         && !name.starts_with('.')
         && name

@@ -7,6 +7,7 @@ use rts_host::clock::{Chance, Clock};
 use rts_host::disk::Disk;
 
 use crate::machine::Machine;
+use crate::peers::Peers;
 
 /// What an agent takes from outside. Monotonic time is tokio's, which can be paused.
 #[derive(Clone)]
@@ -21,4 +22,6 @@ pub struct Inputs {
     pub machine: Arc<dyn Machine>,
     /// The controller; none to run without one.
     pub controller: Option<Arc<dyn SessionApi>>,
+    /// The agents of other nodes.
+    pub peers: Arc<dyn Peers>,
 }

@@ -6,6 +6,7 @@
 mod agent;
 mod api;
 mod batches;
+mod bind;
 mod by_hand;
 mod config;
 mod events;
@@ -26,6 +27,7 @@ pub mod machine;
 mod manager_link;
 mod managers;
 mod modules;
+pub mod peers;
 mod policies;
 mod restarts;
 mod run;
@@ -35,6 +37,7 @@ mod start;
 
 pub use agent::StartError;
 pub use config::Config;
+pub use folders::is_node_name;
 pub use inputs::Inputs;
 pub use local::LocalAgent;
 pub use run::{RunError, openapi, run};

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use futures_util::StreamExt;
 use rts_agent_api::messages::{
-    ActRequest, Acted, Batch, GateReport, ModuleResolution, NodeInfo, NodeSpecEnvelope,
-    NodeSpecReceipt,
+    ActRequest, Acted, Batch, BindRequest, Bound, GateReport, ModuleResolution, NodeInfo,
+    NodeSpecEnvelope, NodeSpecReceipt,
 };
 use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_http::problem::Problem;
@@ -26,6 +26,11 @@ impl LocalAgent {
     /// Who it is.
     pub fn node(&self) -> NodeInfo {
         self.0.info()
+    }
+
+    /// Lets a connector of another node come to an in-port.
+    pub async fn bind(&self, request: &BindRequest) -> Result<Bound, ClientError> {
+        Ok(self.0.bind_for_peer(request.clone()).await?)
     }
 
     /// Changes by hand what runs.

@@ -19,6 +19,7 @@ use crate::api;
 use crate::config::Config;
 use crate::inputs::Inputs;
 use crate::machine::Host;
+use crate::peers::HomePeers;
 use crate::start::{Running, begin, prepare};
 
 /// How long open requests may take when the agent ends.
@@ -53,6 +54,7 @@ pub async fn serve(config: Config) -> Result<Serving, StartError> {
         disk: Arc::new(FileDisk),
         machine: taken.0.clone(),
         controller: controller(&config)?,
+        peers: Arc::new(HomePeers::new(&config.home)),
     };
     let agent = prepare(config, inputs).await?;
     let (stop, stopped) = oneshot::channel();

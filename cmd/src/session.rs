@@ -10,6 +10,7 @@ use crate::cli::Globals;
 use crate::error::CliError;
 use crate::local::home::Home;
 use crate::local::lock::is_held;
+use crate::local::nodes::Nodes;
 use crate::local::{LOCAL_NODE, up};
 use crate::output::Output;
 
@@ -17,9 +18,6 @@ use crate::output::Output;
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
 /// Longest wait for a sign of life.
 const PROBE_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// What is wrong where [`Session::lacks_agent`].
-const AGENT_ENDED: &str = "the agent of this machine (node local) does not run";
 
 /// Home, controller and output of one run.
 #[derive(Debug)]
@@ -43,16 +41,33 @@ impl Session {
         })
     }
 
-    /// The controller is the local one, and the agent of its node does not run.
-    pub fn lacks_agent(&self) -> bool {
-        let lock = self.home.agent_lock(LOCAL_NODE);
-        self.controller.is_none() && is_held(&lock).is_ok_and(|held| !held)
+    /// Nodes of this home whose agents do not run; none when the controller is not the local one.
+    pub fn lacking(&self) -> Vec<String> {
+        let nodes = match &self.controller {
+            None => Nodes::of(&self.home).ok(),
+            Some(_) => None,
+        };
+        let names = nodes.iter().flat_map(Nodes::all).map(|node| &node.name);
+        let ended = |name: &&String| is_held(&self.home.agent_lock(name)).is_ok_and(|held| !held);
+        names.filter(ended).cloned().collect()
     }
 
     /// What helps against an error here; none when the error itself knows best.
     pub fn help(&self, error: &CliError) -> Option<String> {
-        let lacks = error.needs_an_agent() && self.lacks_agent();
-        lacks.then(|| format!("{AGENT_ENDED}: `rtsctl up` starts it again"))
+        let lacking = match error.needs_an_agent() {
+            true => self.lacking(),
+            false => Vec::new(),
+        };
+        let what = match lacking.as_slice() {
+            [] => return None,
+            [node] => format!("the agent of this machine (node {node}) does not run"),
+            nodes => format!(
+                "agents of this machine (nodes {}) do not run",
+                nodes.join(", ")
+            ),
+        };
+        let them = if lacking.len() == 1 { "it" } else { "them" };
+        Some(format!("{what}: `rtsctl up` starts {them} again"))
     }
 
     /// The controller that runs. Nothing is started.
@@ -60,7 +75,7 @@ impl Session {
         match &self.controller {
             Some(socket) => client(socket.clone(), REQUEST_TIMEOUT),
             None => {
-                self.home.check_length()?;
+                self.home.check_length(LOCAL_NODE)?;
                 if self.local_answers().await? {
                     return self.local(REQUEST_TIMEOUT);
                 }
@@ -77,7 +92,7 @@ impl Session {
     /// The controller; the local one is started when none was named and none runs.
     pub async fn connect_or_start(&self) -> Result<Controller, CliError> {
         if self.controller.is_none() {
-            up::ensure(self, None).await?;
+            up::ensure(self, up::Wish::default()).await?;
         }
         self.connect().await
     }

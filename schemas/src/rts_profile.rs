@@ -152,8 +152,14 @@ pub fn patch_yaml(source: &Source, old: &Shape, new: &Shape) -> Result<String, E
 fn shape_of(tree: &Tree) -> Shape {
     let old = match tree {
         Tree::Xml(tree) => {
-            let has = |local: &str| tree.root.elements().any(|e| e.local() == local);
-            (has("Component") || tree.root.local() == "RTSystemProfile") && !has("Components")
+            let root = &tree.root;
+            let has = |local: &str| root.elements().any(|e| e.local() == local);
+            let mut newer = forms::Profile::form_type().fields.iter();
+            // Where no element tells, the version does.
+            let version = root.attribute(&[forms::RTS, ""], "version");
+            let says_so = version.is_some_and(|version| version.value.trim() == "0.1")
+                && !newer.any(|field| *field.namespace == *forms::RTS && has(field.local));
+            (has("Component") || root.local() == "RTSystemProfile" || says_so) && !has("Components")
         }
         Tree::Yaml(node, _) => {
             let version = node.get("version").and_then(yaml::Node::text);

@@ -8,6 +8,7 @@ mod forms;
 use std::fmt::Write;
 
 use forms::changes::{Change, assert_untouched, change, instances, moved, rename};
+use forms::versions::only_what_is_named_is_lost;
 use forms::{Tape, bare, edit, files, loose, sorted};
 use rts_schemas::canonical::canonical;
 use rts_schemas::diagnostic::Report;
@@ -332,6 +333,26 @@ fn the_other_format_says_the_same() {
             assert!(same(form, by_xml.profile.form()), "{}:\n{xml}", read.file);
         }
     }
+}
+
+/// What 0.2 → 0.1 → 0.2 loses is what the errors name.
+#[test]
+fn what_the_old_version_loses_is_named() {
+    let (Some(rts), Some(derived)) = (files("rts"), files("derived")) else {
+        return;
+    };
+    let mut whole = 0;
+    let mut lost = String::new();
+    for (file, bytes) in rts.iter().chain(&derived) {
+        let named = only_what_is_named_is_lost(file, bytes);
+        whole += usize::from(named.is_empty());
+        for message in named {
+            writeln!(lost, "{file}: {message}").unwrap();
+        }
+    }
+    println!("{whole} profiles come back whole");
+    assert!(whole > 60, "{whole}");
+    insta::assert_snapshot!("lost_and_named", lost);
 }
 
 #[test]

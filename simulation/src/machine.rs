@@ -10,6 +10,7 @@ mod count;
 mod create;
 mod end;
 mod family;
+mod far;
 mod fault;
 mod grip;
 mod handle;
@@ -26,7 +27,7 @@ mod tests;
 mod wire;
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use rts_agent::machine::Machine;
@@ -34,6 +35,7 @@ use rts_host::clock::{Chance, Clock};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use self::far::Neighbours;
 use self::handle::Handle;
 pub use self::left::{LeftOver, Really};
 use self::state::State;
@@ -55,6 +57,8 @@ struct Shared {
     truth: Truth,
     streams: Streams,
     state: Mutex<State>,
+    /// All machines; none for one by itself.
+    neighbours: OnceLock<Arc<Neighbours>>,
     /// Counts changes of what misbehaves.
     misbehaviour: watch::Sender<u64>,
 }
@@ -95,6 +99,7 @@ impl SimMachine {
             grandchildren: GRANDCHILDREN,
             news: Vec::new(),
             losses: Vec::new(),
+            parted: Vec::new(),
             counted: Instant::now(),
         };
         Self(Arc::new(Shared {
@@ -102,6 +107,7 @@ impl SimMachine {
             truth,
             streams,
             state: Mutex::new(state),
+            neighbours: OnceLock::new(),
             misbehaviour: watch::Sender::new(0),
         }))
     }
@@ -118,7 +124,7 @@ impl SimMachine {
 impl Shared {
     /// Looks at everything, or changes it, and tells what has happened thereby.
     fn change<T>(self: &Arc<Self>, change: impl FnOnce(&mut State) -> T) -> T {
-        let (done, news, losses) = {
+        let (done, news, losses, parted) = {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             state.count();
             let done = change(&mut state);
@@ -128,7 +134,8 @@ impl Shared {
                 Some((Handle::new(self.clone(), process), loss))
             });
             let losses: Vec<_> = losses.collect();
-            (done, std::mem::take(&mut state.news), losses)
+            let parted = std::mem::take(&mut state.parted);
+            (done, std::mem::take(&mut state.news), losses, parted)
         };
         // Without the lock: a witness may look at the machine.
         for happened in &news {
@@ -137,6 +144,7 @@ impl Shared {
         for (handle, loss) in losses {
             handle.spawn(handle.clone().attend(loss));
         }
+        self.tell(parted);
         done
     }
 

@@ -99,6 +99,7 @@ impl World {
             (node.name, own)
         };
         let nodes: BTreeMap<String, Node> = setup.nodes.into_iter().map(node).collect();
+        SimMachine::connect(nodes.values().map(|node| &node.machine));
         let hosts = nodes.keys().map(String::as_str).chain([CONTROLLER]);
         Arc::new(Self {
             hosts: Hosts::new(net.clone(), truth.clone()),

@@ -34,6 +34,7 @@ fn every_component_is_planned(spec: SystemSpec) {
         },
         spec,
         module_digests: BTreeMap::new(),
+        stand_ins: Default::default(),
         deleting: false,
     };
     let node = NodeFacts {

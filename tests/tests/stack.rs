@@ -6,6 +6,9 @@ use std::process::{Child, Stdio};
 
 use rts_tests::{Stack, processes_of};
 
+#[path = "stack/nodes.rs"]
+mod nodes;
+
 const HELLO: &str = "manifests/hello/system.xml";
 
 #[test]

@@ -8,9 +8,9 @@ use rts_plan::observed::Inventory;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::messages::{
-    ActRequest, Acted, Batch, BatchEvent, CreateByHand, CreatedByHand, Factory, GateReport,
-    LogQuery, ModuleRequest, ModuleResolution, NodeInfo, NodeSpecEnvelope, NodeSpecReceipt,
-    ResolveRequest,
+    ActRequest, Acted, Batch, BatchEvent, BindRequest, Bound, CreateByHand, CreatedByHand, Factory,
+    GateReport, LogQuery, ModuleRequest, ModuleResolution, NodeInfo, NodeSpecEnvelope,
+    NodeSpecReceipt, ResolveRequest,
 };
 use crate::{AgentApi, BatchEvents, paths};
 
@@ -99,6 +99,11 @@ impl HttpAgent {
     /// Changes by hand what runs.
     pub async fn act(&self, request: &ActRequest) -> Result<Acted, ClientError> {
         self.http.send(Method::POST, paths::ACTS, request).await
+    }
+
+    /// Lets a connector of another node come to an in-port.
+    pub async fn bind(&self, request: &BindRequest) -> Result<Bound, ClientError> {
+        self.http.send(Method::POST, paths::BINDINGS, request).await
     }
 
     async fn at_manager<B: Serialize, T: DeserializeOwned>(

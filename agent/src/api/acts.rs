@@ -8,7 +8,8 @@ use rts_http::server::{Json, Principal};
 
 use super::{Answer, Shared};
 
-/// Activates, deactivates, resets or configures a component, or connects or disconnects two ports of this node. Of
+/// Activates, deactivates, resets or configures a component, or connects or disconnects two ports of this node, or of
+/// two nodes as a system has them. Of
 /// components with and without a system; what becomes of a change of a system's is told.
 #[utoipa::path(
     post,
@@ -19,6 +20,7 @@ use super::{Answer, Shared};
         (status = 404, description = "not-found: component, port or connector", body = Problem),
         (status = 409, description = "wrong-state, name-taken, manager-conflict", body = Problem),
         (status = 422, description = "nothing-to-set, unknown-set, unknown-parameter, wrong-direction, data-type-differs, unsupported, invalid-name, manager-invalid, component-failed", body = Problem),
+        (status = 502, description = "peer-failed", body = Problem),
         (status = 503, description = "manager-silent", body = Problem),
         (status = 504, description = "deadline", body = Problem)
     )

@@ -41,8 +41,11 @@ pub(super) fn link(error: LinkError) -> Problem {
     step(StepError::from(error))
 }
 
-pub(super) fn step(error: StepError) -> Problem {
+pub(crate) fn step(error: StepError) -> Problem {
     let detail = error.to_string();
+    if matches!(error, StepError::Peer { .. }) {
+        return Problem::new(502, "peer-failed", "bad gateway", detail);
+    }
     let Some(failure) = error.failure() else {
         return Problem::unavailable("manager-silent", detail);
     };

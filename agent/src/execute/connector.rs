@@ -1,7 +1,8 @@
-//! Verbs on connectors: Connect, Disconnect. The in-port end is bound first, then the out-port end dials.
+//! Verbs on connectors: Connect, Disconnect. The in-port end is bound first, by its own agent, then the out-port end dials.
 
 use std::time::Duration;
 
+use rts_agent_api::messages::{BindRequest, Bound};
 use rts_manager_api::control::{
     Binding, ConnectRequest, ConnectorInfo, FailureCode, RequestBody, ResponseBody,
 };
@@ -10,10 +11,11 @@ use rts_plan::desired::{ManagerKey, PlacedConnector};
 use rts_schemas::system::{ConnectorSpec, PortKind};
 
 use super::verb::{StepError, Verb, unless};
+use crate::agent::Agent;
 use crate::events::lock;
 use crate::managers::Manager;
 
-/// Connects two ports of this node.
+/// Connects an out-port of this node with an in-port, here or on another node.
 pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(), StepError> {
     refuse_unsupported(verb, &connector)?;
     let key = |name: &str| ManagerKey {
@@ -21,6 +23,14 @@ pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(
         name: name.to_owned(),
     };
     let source = verb.manager(&key(&connector.source.manager))?;
+    if connector.target.node != verb.agent.config.node {
+        let system = verb.system.clone();
+        let request = system.map(|system| BindRequest { system, connector });
+        let request = request.ok_or_else(|| {
+            StepError::Refused("a connector between nodes needs a system".to_owned())
+        })?;
+        return reach(&verb.agent, &source, request, None, verb.limit).await;
+    }
     let target = verb.manager(&key(&connector.target.manager))?;
     join(&source, &target, connector.spec, None, verb.limit).await
 }
@@ -33,29 +43,74 @@ pub(crate) async fn join(
     by_hand: Option<String>,
     limit: Duration,
 ) -> Result<(), StepError> {
+    let incarnation = bind(target, &spec, limit).await?;
+    let same = source.key == target.key;
+    let socket = target.folder.join(CONTROL_SOCKET);
+    let socket = (!same).then(|| socket.display().to_string());
+    dial(source, request(spec, incarnation, socket, by_hand), limit).await
+}
+
+/// Connects a port of this node with one of another node, whose agent is asked where it is.
+pub(crate) async fn reach(
+    agent: &Agent,
+    source: &Manager,
+    wanted: BindRequest,
+    by_hand: Option<String>,
+    limit: Duration,
+) -> Result<(), StepError> {
+    let node = &wanted.connector.target.node;
+    let bound = agent.inputs.peers.bind(node, &wanted).await;
+    let Bound {
+        incarnation,
+        socket,
+    } = bound.map_err(|source| StepError::Peer {
+        node: node.clone(),
+        source,
+    })?;
+    let spec = wanted.connector.spec;
+    dial(
+        source,
+        request(spec, incarnation, Some(socket), by_hand),
+        limit,
+    )
+    .await
+}
+
+/// Lets a connector come to an in-port; gives the incarnation of its component.
+pub(crate) async fn bind(
+    target: &Manager,
+    spec: &ConnectorSpec,
+    limit: Duration,
+) -> Result<String, StepError> {
     let binding = RequestBody::Bind(Binding {
         connector: spec.name.clone(),
         instance: spec.target.instance.clone(),
         port: spec.target.port.clone(),
         source: spec.source.to_string(),
     });
-    let ResponseBody::Bound { incarnation } = target.link.call(binding, limit).await? else {
-        return Err(target.link.unexpected().into());
-    };
-    let same = source.key == target.key;
-    let socket = target.folder.join(CONTROL_SOCKET);
-    let request = ConnectRequest {
+    match target.link.call(binding, limit).await? {
+        ResponseBody::Bound { incarnation } => Ok(incarnation),
+        _ => Err(target.link.unexpected().into()),
+    }
+}
+
+fn request(
+    spec: ConnectorSpec,
+    target_incarnation: String,
+    target_socket: Option<String>,
+    by_hand: Option<String>,
+) -> ConnectRequest {
+    ConnectRequest {
         connector: spec.name,
         instance: spec.source.instance,
         port: spec.source.port,
         target_instance: spec.target.instance,
         target_port: spec.target.port,
-        target_socket: (!same).then(|| socket.display().to_string()),
-        target_incarnation: incarnation,
+        target_socket,
+        target_incarnation,
         properties: spec.properties,
         by_hand,
-    };
-    dial(source, request, limit).await
+    }
 }
 
 async fn dial(source: &Manager, request: ConnectRequest, limit: Duration) -> Result<(), StepError> {
@@ -123,12 +178,6 @@ fn refuse_unsupported(verb: &Verb, connector: &PlacedConnector) -> Result<(), St
             connector.source.node
         ));
     }
-    if connector.target.node != *node {
-        return refused(format!(
-            "the target of {name} is on node {}: connections between nodes come with the network transport; place both ends on one node",
-            connector.target.node
-        ));
-    }
     if connector.spec.kind == PortKind::Service {
         return refused(format!(
             "{name} connects service ports, which managers of this version do not have"
@@ -137,7 +186,8 @@ fn refuse_unsupported(verb: &Verb, connector: &PlacedConnector) -> Result<(), St
     Ok(())
 }
 
-/// Removes a connector at its source, and the binding at its target if that is on this node.
+/// Removes a connector at its source, and the binding at its target if that is on this node. On another one it stays for
+/// as long as that node is told of it; the next plan sees one that nobody wants any more.
 pub(super) async fn disconnect(
     verb: &Verb,
     key: &ManagerKey,

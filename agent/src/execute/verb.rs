@@ -39,6 +39,14 @@ pub(crate) enum StepError {
     /// The manager cannot be stopped.
     #[error(transparent)]
     Stop(#[from] crate::managers::StopError),
+    /// The agent of the node with the other end refused, or cannot be reached.
+    #[error("node {node} does not let it come: {source}")]
+    Peer {
+        /// Node name.
+        node: String,
+        /// Why.
+        source: rts_agent_api::ClientError,
+    },
     /// A callback of its component does not return.
     #[error("{0}")]
     Hangs(String),

@@ -26,6 +26,10 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
             connector.bytes = 0;
             connector.drops = 0;
         }
+        for binding in &mut component.bindings {
+            binding.samples_received = 0;
+            binding.drops = 0;
+        }
     }
     inventory
 }

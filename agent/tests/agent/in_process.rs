@@ -8,6 +8,7 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use jiff::Timestamp;
 use rts_agent::launch::Exit;
+use rts_agent::peers::HomePeers;
 use rts_agent::{Config, Inputs, LocalAgent, Running, StartError};
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
@@ -64,6 +65,7 @@ pub async fn start_with(node: &FakeNode, heal_after: Option<Duration>) -> Runnin
         disk: node.disk.clone(),
         machine: node.machine.clone(),
         controller: None,
+        peers: Arc::new(HomePeers::new(Path::new("/none"))),
     };
     rts_agent::start(config, inputs).await.unwrap()
 }

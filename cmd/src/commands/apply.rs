@@ -168,10 +168,15 @@ fn converged(
         session.out.warn(&format!("does not run: {text}"));
     }
     let connectors = plural("connector", system.spec.connectors.len());
+    let status = &system.status;
+    let stand_ins = match status.stand_ins {
+        0 => String::new(),
+        some => format!("; {some} of {} are stand-ins", status.components),
+    };
     session.out.result(&format!(
-        "system/{} converged: {} active, {connectors} connected ({:.2} s)",
+        "system/{} converged: {} active, {connectors} connected ({:.2} s){stand_ins}",
         system.metadata.name,
-        plural("component", system.status.active as usize),
+        plural("component", status.active as usize),
         took.as_secs_f64()
     ))?;
     Ok(Exit::Ok)

@@ -65,7 +65,7 @@ pub fn kind_of(text: &str) -> Result<Kind, CliError> {
 async fn look(controller: &Controller, session: &Session) -> Result<Scene, CliError> {
     Ok(Scene {
         now: Timestamp::now(),
-        lacks_agent: session.lacks_agent(),
+        lacking: session.lacking(),
         systems: list(controller, Kind::System).await?,
         nodes: list(controller, Kind::Node).await?,
         components: list(controller, Kind::Component).await?,

@@ -13,7 +13,7 @@ use super::{ask, can_ask, duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::Follower;
-use crate::local::{LOCAL_NODE, plural};
+use crate::local::plural;
 use crate::session::Session;
 use crate::show::progress::Progress;
 
@@ -106,8 +106,9 @@ async fn nodes_are_known(
 
 /// Says which nodes could not be asked, and how to go on without them.
 fn out_of_reach(name: &str, nodes: &[String], session: &Session) {
+    let lacking = session.lacking();
     for node in nodes {
-        let up = if node == LOCAL_NODE && session.lacks_agent() {
+        let up = if lacking.contains(node) {
             "; `rtsctl up` starts its agent again"
         } else {
             ""

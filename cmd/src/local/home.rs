@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
 
-use super::{LOCAL_NODE, LocalError};
+use super::LocalError;
 
 /// Longest path of a Unix socket on Linux, in bytes.
 const MAX_SOCKET_PATH: usize = 107;
@@ -29,12 +29,9 @@ impl Home {
         Ok(Self(path))
     }
 
-    /// Refuses a folder in which the sockets' paths would be too long.
-    pub fn check_length(&self) -> Result<(), LocalError> {
-        let longest = self
-            .node_run(LOCAL_NODE)
-            .join("01234567")
-            .join("control.sock");
+    /// Refuses a folder in which the paths of a node's sockets would be too long.
+    pub fn check_length(&self, node: &str) -> Result<(), LocalError> {
+        let longest = self.node_run(node).join("01234567").join("control.sock");
         let bytes = longest.as_os_str().len();
         if bytes > MAX_SOCKET_PATH {
             return Err(LocalError::HomeTooLong {
@@ -91,6 +88,16 @@ impl Home {
         self.run().join(node)
     }
 
+    /// `state/<node>/`.
+    pub fn node_state(&self, node: &str) -> PathBuf {
+        self.state().join(node)
+    }
+
+    /// `run/<node>/agent.json`.
+    pub fn agent_json(&self, node: &str) -> PathBuf {
+        self.node_run(node).join("agent.json")
+    }
+
     /// `run/<node>/agent.lock`, held while an agent lives.
     pub fn agent_lock(&self, node: &str) -> PathBuf {
         self.node_run(node).join("agent.lock")
@@ -122,8 +129,9 @@ mod tests {
         let rest = "/run/local/01234567/control.sock".len();
         let longest = format!("/{}", "h".repeat(MAX_SOCKET_PATH - rest - 1));
         let home = |path: &str| Home::settle(Some(PathBuf::from(path))).unwrap();
-        home(&longest).check_length().unwrap();
-        let error = home(&format!("{longest}h")).check_length().unwrap_err();
+        home(&longest).check_length("local").unwrap();
+        let error = home(&format!("{longest}h"));
+        let error = error.check_length("local").unwrap_err();
         assert_eq!(error.exit().code(), 2);
         assert!(error.help().unwrap().contains("RTSCTL_HOME"));
         assert!(error.to_string().contains("108 bytes"), "{error}");

@@ -1,8 +1,9 @@
-//! The local stack: one controller and one agent of this machine, everything of it under one folder.
+//! The local stack: one controller and the agents of this machine, everything of it under one folder.
 
 pub mod down;
 pub mod home;
 pub mod lock;
+pub mod nodes;
 pub mod remove;
 pub mod restore;
 pub mod strays;
@@ -13,7 +14,7 @@ use std::path::PathBuf;
 
 use crate::exit::Exit;
 
-/// Name of the node that the local agent is.
+/// Name of the only node of a home that was told of no others.
 pub const LOCAL_NODE: &str = "local";
 
 /// Why the local stack could not be started or stopped.
@@ -87,6 +88,9 @@ pub enum LocalError {
         /// Their names.
         systems: Vec<String>,
     },
+    /// The nodes that were named cannot be.
+    #[error("{0}")]
+    Nodes(String),
     /// The user said no.
     #[error("nothing was stopped")]
     Declined,
@@ -116,6 +120,7 @@ impl LocalError {
             | LocalError::Claim(_)
             | LocalError::Home { .. }
             | LocalError::SystemsRun { .. }
+            | LocalError::Nodes(_)
             | LocalError::Declined => Exit::Usage,
             LocalError::Locked { .. } => Exit::Deadline,
             LocalError::Left { .. } => Exit::Partly,

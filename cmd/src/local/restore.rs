@@ -1,4 +1,4 @@
-//! What a restore does to the local stack: ends the controller alone, and lets the controller's program write the store.
+//! What a restore does to the local stack: ends one program alone, and lets the controller's program write the store.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -89,15 +89,28 @@ fn said(stdout: &[u8], stderr: &[u8]) -> Result<Report, String> {
 
 /// Ends the controller alone. False when none ran.
 pub fn stop_controller(home: &Home) -> Result<bool, LocalError> {
-    let lock = home.controller_lock();
+    stop_one(
+        "controller",
+        &home.controller_json(),
+        &home.controller_lock(),
+    )
+}
+
+/// Ends the agent of a node alone; its managers go on. False when none ran.
+pub fn stop_agent(home: &Home, node: &str) -> Result<bool, LocalError> {
+    let what = format!("agent of node {node}");
+    stop_one(&what, &home.agent_json(node), &home.agent_lock(node))
+}
+
+fn stop_one(what: &str, json: &Path, lock: &Path) -> Result<bool, LocalError> {
     let left = |what: String| LocalError::Left { left: vec![what] };
-    let identity = Identity::read(&home.controller_json());
+    let identity = Identity::read(json);
     let process = identity.and_then(|identity| Process::identified(&identity));
     let Some(process) = process else {
-        return match is_held(&lock)? {
+        return match is_held(lock)? {
             false => Ok(false),
             true => Err(left(format!(
-                "a controller holds {}, and nothing says which process it is",
+                "the {what} holds {}, and nothing says which process it is",
                 lock.display()
             ))),
         };
@@ -106,7 +119,7 @@ pub fn stop_controller(home: &Home) -> Result<bool, LocalError> {
     if !process.ended(GRACE) {
         process.signal(Signal::KILL);
         if !process.ended(KILLED) {
-            return Err(left(format!("the controller (pid {})", process.pid())));
+            return Err(left(format!("the {what} (pid {})", process.pid())));
         }
     }
     Ok(true)

@@ -1,4 +1,6 @@
-//! Starts the local controller and agent where they do not run yet.
+//! Starts the local controller and the agents of its nodes where they do not run yet.
+
+mod agents;
 
 use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
@@ -7,13 +9,13 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use rts_controller_api::objects::{Kind, Node};
 use serde::Deserialize;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
 use tokio::process::Command;
 
 use super::home::Home;
 use super::lock::{HomeLock, is_held, make_folders};
+use super::nodes::{NodeSetup, Nodes};
 use super::strays::{self, Program};
 use super::{LOCAL_NODE, LocalError};
 use crate::error::CliError;
@@ -28,59 +30,82 @@ const MAX_LINE: u64 = 64 * 1024;
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// What [`ensure`] found or did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Started {
-    /// Both ran already.
-    Nothing,
-    /// The agent had died.
-    Agent,
-    /// The controller had died.
-    Controller,
-    /// Nothing ran.
-    Both,
+/// What is asked of the stack besides that it runs.
+#[derive(Debug, Clone, Default)]
+pub struct Wish {
+    /// Folders with modules, for agents that are started; none for those of the variable.
+    pub module_path: Option<OsString>,
+    /// Nodes that the home is to have besides those that it has.
+    pub nodes: Vec<NodeSetup>,
+}
+
+/// What [`ensure`] started.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Started {
+    /// The controller.
+    pub controller: bool,
+    /// Agents, by node.
+    pub agents: Vec<String>,
 }
 
 impl Started {
-    fn of(controller: bool, agent: bool) -> Self {
-        match (controller, agent) {
-            (false, false) => Started::Nothing,
-            (false, true) => Started::Agent,
-            (true, false) => Started::Controller,
-            (true, true) => Started::Both,
-        }
+    /// True when all ran already.
+    pub fn nothing(&self) -> bool {
+        *self == Self::default()
     }
 
-    fn words(self) -> &'static str {
-        match self {
-            Started::Nothing => "nothing",
-            Started::Agent => "a local agent",
-            Started::Controller => "a local controller",
-            Started::Both => "a local controller and agent",
+    fn words(&self) -> String {
+        let agents = match self.agents.as_slice() {
+            [] => None,
+            [node] if node == LOCAL_NODE => Some("agent".to_owned()),
+            [node] => Some(format!("agent (node {node})")),
+            nodes => Some(format!("{} agents ({})", nodes.len(), nodes.join(", "))),
+        };
+        let article = |agents: String| match self.agents.len() {
+            1 if agents == "agent" => "a local agent".to_owned(),
+            1 => format!("an {agents}"),
+            _ => agents,
+        };
+        match (self.controller, agents) {
+            (true, None) => "a local controller".to_owned(),
+            (true, Some(agents)) => format!("a local controller and {agents}"),
+            (false, agents) => agents.map(article).unwrap_or_default(),
         }
     }
 }
 
-/// Makes sure that the local controller answers and that its node is Ready. Says what it started.
-pub async fn ensure(session: &Session, module_path: Option<OsString>) -> Result<Started, CliError> {
+/// Makes sure that the local controller answers and that the nodes of the home are Ready. Says what it started.
+pub async fn ensure(session: &Session, wish: Wish) -> Result<Started, CliError> {
     let home = &session.home;
-    home.check_length()?;
+    home.check_length(LOCAL_NODE)?;
     let lock = HomeLock::take(home)?;
-    make_folders(home, LOCAL_NODE)?;
-    let controller = !answers_or_dies(session).await?;
-    if controller {
-        start_controller(home).await?;
+    let before = Nodes::of(home)?;
+    let nodes = Nodes::with(home, &wish.nodes)?;
+    for node in nodes.all() {
+        home.check_length(&node.name)?;
+        make_folders(home, &node.name)?;
     }
-    let agent = !agent_lives(home).await?;
-    if agent {
-        start_agent(home, module_path).await?;
+    let mut started = Started {
+        controller: !answers_or_dies(session).await?,
+        agents: Vec::new(),
+    };
+    if started.controller {
+        start_controller(home, nodes.first()).await?;
     }
-    if controller || agent {
-        wait_for_node(session).await?;
+    let agents = agents::to_start(home, &nodes, &before).await?;
+    if !wish.nodes.is_empty() {
+        nodes.save(home)?;
+    }
+    let module_path = module_path(wish.module_path);
+    for node in agents {
+        agents::start_agent(home, node, module_path.as_ref()).await?;
+        started.agents.push(node.name.clone());
+    }
+    if !started.nothing() {
+        agents::wait_for(session, &nodes, &started.agents).await?;
     }
     drop(lock);
-    let started = Started::of(controller, agent);
-    if started != Started::Nothing {
+    if !started.nothing() {
         let (what, home) = (started.words(), home.path().display());
         session
             .out
@@ -89,24 +114,18 @@ pub async fn ensure(session: &Session, module_path: Option<OsString>) -> Result<
     Ok(started)
 }
 
-async fn start_controller(home: &Home) -> Result<(), LocalError> {
+async fn start_controller(home: &Home, local_node: &str) -> Result<(), LocalError> {
     let mut command = Command::new(beside("rts-controller")?);
     command.arg("--home").arg(home.path());
+    command.arg("--local-node").arg(local_node);
     start("rts-controller", command, &home.controller_log()).await
 }
 
-async fn start_agent(home: &Home, module_path: Option<OsString>) -> Result<(), LocalError> {
-    let mut command = Command::new(beside("rts-agent")?);
-    command.arg("--home").arg(home.path());
-    command.arg("--node").arg(LOCAL_NODE);
-    command.arg("--controller").arg(home.controller_socket());
-    // What a component starts can be told to be of this home, wherever it goes.
-    command.env("RTSCTL_HOME", home.path());
-    let module_path = module_path.or_else(|| std::env::var_os("RTSCTL_MODULE_PATH"));
-    if let Some(path) = module_path.filter(|p| !p.is_empty()) {
-        command.env("RTSCTL_MODULE_PATH", absolute_entries(&path));
-    }
-    start("rts-agent", command, &home.agent_log(LOCAL_NODE)).await
+/// The folders with modules, as an agent can use them; none to leave it to the agent.
+fn module_path(said: Option<OsString>) -> Option<OsString> {
+    let path = said.or_else(|| std::env::var_os("RTSCTL_MODULE_PATH"));
+    let path = path.filter(|path| !path.is_empty());
+    path.map(|path| absolute_entries(&path))
 }
 
 /// The daemon works in `/`: relative folders are those of the one who starts it.
@@ -207,70 +226,12 @@ async fn answers_or_dies(session: &Session) -> Result<bool, CliError> {
     }
 }
 
-/// True when the agent holds its lock, which it may only be about to; false when none lives.
-async fn agent_lives(home: &Home) -> Result<bool, LocalError> {
-    let lock = home.agent_lock(LOCAL_NODE);
-    let end = Instant::now() + READY;
-    while !is_held(&lock)? {
-        let strays = strays::find(home, Program::Agent);
-        if !strays.iter().any(|agent| agent.name == LOCAL_NODE) {
-            return Ok(false);
-        }
-        if Instant::now() >= end {
-            return Err(LocalError::NotReady {
-                program: "rts-agent",
-                reason: format!(
-                    "it runs but does not hold {}; `rtsctl down` stops it",
-                    lock.display()
-                ),
-                log: home.agent_log(LOCAL_NODE),
-            });
-        }
-        tokio::time::sleep(PAUSE).await;
-    }
-    Ok(true)
-}
-
 /// The error for a controller that lives but does not answer.
 pub fn hangs(home: &Home) -> LocalError {
     LocalError::NotReady {
         program: "rts-controller",
         reason: "it runs but does not answer; `rtsctl down` stops it".to_owned(),
         log: home.controller_log(),
-    }
-}
-
-/// Waits until the controller has met the agent.
-async fn wait_for_node(session: &Session) -> Result<(), CliError> {
-    let controller = session.local(READY)?;
-    let end = Instant::now() + NODE_READY;
-    loop {
-        let reason = match controller.list::<Node>(Kind::Node).await {
-            Ok(list) => match list.items.iter().find(|n| n.metadata.name == LOCAL_NODE) {
-                Some(node) if node.status.state == "Ready" => return Ok(()),
-                Some(Node { status, .. }) if status.ledger.is_some() => {
-                    // It is up, and waits for a word of the user.
-                    let why = status.message.as_deref().unwrap_or(&status.state);
-                    session.out.warn(why);
-                    return Ok(());
-                }
-                Some(Node { status, .. }) => {
-                    let why = status.message.as_deref().unwrap_or_default();
-                    format!("node {LOCAL_NODE} is {} {why}", status.state)
-                }
-                None => format!("node {LOCAL_NODE} has not reported to the controller"),
-            },
-            Err(e) => e.to_string(),
-        };
-        if Instant::now() >= end {
-            return Err(LocalError::NotReady {
-                program: "rts-agent",
-                reason,
-                log: session.home.agent_log(LOCAL_NODE),
-            }
-            .into());
-        }
-        tokio::time::sleep(PAUSE).await;
     }
 }
 
@@ -308,6 +269,28 @@ mod tests {
             .unwrap_err();
         assert!(error.to_string().contains("rts-nothing"), "{error}");
         assert_eq!(error.exit().code(), 4);
+    }
+
+    #[test]
+    fn what_was_started_is_said() {
+        let words = |controller, agents: &[&str]| {
+            let agents = agents.iter().map(|node| (*node).to_owned()).collect();
+            Started { controller, agents }.words()
+        };
+        assert_eq!(words(true, &["local"]), "a local controller and agent");
+        assert_eq!(words(true, &[]), "a local controller");
+        assert_eq!(words(false, &["local"]), "a local agent");
+        assert_eq!(words(false, &["arm"]), "an agent (node arm)");
+        let both = ["arm", "base"];
+        assert_eq!(
+            words(true, &both),
+            "a local controller and 2 agents (arm, base)"
+        );
+        assert_eq!(words(false, &both), "2 agents (arm, base)");
+        assert_eq!(
+            words(true, &["arm"]),
+            "a local controller and agent (node arm)"
+        );
     }
 
     #[test]
@@ -361,7 +344,7 @@ mod tests {
         let temp = tempfile::tempdir().unwrap();
         let home = Home::settle(Some(temp.path().to_owned())).unwrap();
         make_folders(&home, LOCAL_NODE).unwrap();
-        assert!(!agent_lives(&home).await.unwrap());
+        assert!(!agents::lives(&home, LOCAL_NODE).await.unwrap());
         // A shell plays the agent.
         let program = temp.path().join("rts-agent");
         std::fs::copy("/bin/bash", &program).unwrap();
@@ -377,7 +360,7 @@ mod tests {
             tokio::time::sleep(PAUSE * 5).await;
             rts_host::files::lock(&lock).unwrap().unwrap()
         };
-        let (lives, _taken) = tokio::join!(agent_lives(&home), taken);
+        let (lives, _taken) = tokio::join!(agents::lives(&home, LOCAL_NODE), taken);
         assert!(lives.unwrap());
         agent.kill().await.unwrap();
     }

@@ -28,8 +28,8 @@ use super::table::Table;
 pub struct Scene {
     /// When it was looked at.
     pub now: Timestamp,
-    /// The controller is the local one, and the agent of its node does not run.
-    pub lacks_agent: bool,
+    /// Nodes of the local controller whose agents do not run.
+    pub lacking: Vec<String>,
     /// Systems.
     pub systems: Vec<System>,
     /// Nodes.
@@ -108,6 +108,10 @@ fn system(system: &System, scene: &Scene) -> Page {
     );
     let (active, components) = (status.active, status.components);
     page.line("Active", format!("{active} of {components} components"));
+    if status.stand_ins > 0 {
+        let text = format!("{} of {components} components", status.stand_ins);
+        page.line("Stand-ins", text);
+    }
     for step in &status.progress.running {
         page.line("Runs", step);
     }

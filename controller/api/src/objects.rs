@@ -184,6 +184,9 @@ pub struct SystemStatus {
     /// Number of those that are Active.
     #[serde(default)]
     pub active: u32,
+    /// Number of components whose place a stand-in takes.
+    #[serde(default)]
+    pub stand_ins: u32,
 }
 
 /// Progress of a plan.
@@ -299,7 +302,7 @@ pub struct ComponentStatus {
     /// Times it was made again after its process died.
     #[serde(default)]
     pub restarts: u32,
-    /// It stands in for a component whose package is not there.
+    /// A stand-in takes its place: none of its own code runs.
     #[serde(default)]
     pub stand_in: bool,
     /// Unique id of this creation.

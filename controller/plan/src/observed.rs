@@ -126,6 +126,9 @@ pub struct ComponentObserved {
     pub incarnation: String,
     /// The hash that it was created with.
     pub recreate_hash: String,
+    /// It is a stand-in.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_in: bool,
     /// State now.
     pub state: LifeCycleState,
     /// Why it is in Error, or what it last complained about.
@@ -257,6 +260,12 @@ pub struct BindingObserved {
     pub source: Option<PortRef>,
     /// A source is connected.
     pub connected: bool,
+    /// Samples read by the in-port's component over the connection. A counter.
+    #[serde(default)]
+    pub samples_received: u64,
+    /// Samples dropped from the in-port's full queue. A counter.
+    #[serde(default)]
+    pub drops: u64,
 }
 
 /// State of a connector.

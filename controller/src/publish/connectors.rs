@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rts_controller_api::objects::{Connector, ConnectorStatus, ConnectorView, Kind, Metadata};
 use rts_plan::desired::{PlacedConnector, SystemRef};
-use rts_plan::observed::{ConnectorObserved, ConnectorState};
+use rts_plan::observed::{BindingObserved, ConnectorObserved, ConnectorState};
 use rts_plan::target;
 use rts_schemas::system::PortKind;
 
@@ -14,7 +14,12 @@ use super::{Scene, object};
 struct Both<'a> {
     desired: Option<(&'a SystemRef, &'a PlacedConnector)>,
     observed: Option<(&'a ConnectorObserved, bool)>,
+    /// The end at its in-port, when that is on another node: only that one's agent knows what came.
+    far: Option<&'a BindingObserved>,
 }
+
+/// Ends of connectors at in-ports, by connector, incarnation of the component and in-port, with their nodes.
+type Ends<'a> = BTreeMap<(&'a str, &'a str, &'a str), (&'a str, &'a BindingObserved)>;
 
 /// All connectors.
 pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
@@ -31,7 +36,8 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
             }
         }
     }
-    for (inventory, known) in scene.inventories.values() {
+    let ends = ends(scene);
+    for (node, (inventory, known)) in &scene.inventories {
         for manager in &inventory.managers {
             let known = *known && manager.responsive;
             for component in &manager.components {
@@ -39,6 +45,9 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
                 for connector in &component.connectors {
                     let both = all.entry((system, &connector.name)).or_default();
                     both.observed = Some((connector, known));
+                    let (name, port) = (connector.name.as_str(), connector.target.port.as_str());
+                    let end = ends.get(&(name, connector.target_incarnation.as_str(), port));
+                    both.far = end.filter(|(of, _)| of != node).map(|(_, end)| *end);
                 }
             }
         }
@@ -48,9 +57,27 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
         .collect()
 }
 
+fn ends<'a>(scene: &Scene<'a>) -> Ends<'a> {
+    let mut ends = Ends::new();
+    for (node, (inventory, _)) in &scene.inventories {
+        let components = inventory.managers.iter().flat_map(|m| &m.components);
+        for component in components {
+            for end in component.bindings.iter().filter(|end| end.connected) {
+                let key = (
+                    end.connector.as_str(),
+                    component.incarnation.as_str(),
+                    end.port.as_str(),
+                );
+                ends.insert(key, (node, end));
+            }
+        }
+    }
+    ends
+}
+
 fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Connector {
     let mut status = match &both.observed {
-        Some((found, known)) => as_observed(found, *known),
+        Some((found, known)) => as_observed(found, both.far, *known),
         None => ConnectorStatus {
             state: absent(scene, both).to_owned(),
             ..ConnectorStatus::default()
@@ -66,7 +93,11 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
         let service = both
             .desired
             .is_some_and(|(_, placed)| placed.spec.kind == PortKind::Service);
+        let undetermined = both
+            .desired
+            .and_then(|(_, placed)| placed.undetermined.as_ref());
         status.waiting_on = match (&both.observed, reason) {
+            _ if undetermined.is_some() => undetermined.map(|why| format!("is not made: {why}")),
             _ if service => Some("service ports are connected by a later version".to_owned()),
             (None, None) => {
                 Some("not connected yet: its steps have not been carried out".to_owned())
@@ -97,7 +128,16 @@ fn absent(scene: &Scene<'_>, both: &Both<'_>) -> &'static str {
     }
 }
 
-fn as_observed(found: &ConnectorObserved, known: bool) -> ConnectorStatus {
+fn as_observed(
+    found: &ConnectorObserved,
+    far: Option<&BindingObserved>,
+    known: bool,
+) -> ConnectorStatus {
+    // Both nodes are asked at different times: no more has arrived than was sent.
+    let arrived = far.map_or(0, |end| end.samples_received);
+    let received = found.samples_received.max(arrived.min(found.samples_sent));
+    let lost = far.map_or(0, |end| end.drops);
+    let left = found.samples_sent.saturating_sub(received + found.drops);
     let state = match found.state {
         _ if !known => "Unknown",
         ConnectorState::Connected => "Connected",
@@ -108,9 +148,9 @@ fn as_observed(found: &ConnectorObserved, known: bool) -> ConnectorStatus {
         state: state.to_owned(),
         transport: found.transport.clone(),
         samples_sent: found.samples_sent,
-        samples_received: found.samples_received,
+        samples_received: received,
         bytes: found.bytes,
-        drops: found.drops,
+        drops: found.drops + lost.min(left),
         waiting_on: None,
         drift: false,
         drift_fields: Vec::new(),

@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 
 use crate::diagnostic::Finding;
 use crate::names;
-use crate::system::{DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn};
+use crate::system::{DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn, StandInFault};
 use crate::yaml_type::{Scalar, Words};
 
 /// Milliseconds that a time may have.
@@ -410,7 +410,12 @@ words!(
     "`never`, `missing` or `always`; `true` is `always`",
     [Never, Missing, Always]
 );
-scalar_of_words!(OnHang, OnDisconnect, DriftPolicy);
+words!(
+    StandInFault,
+    "`initialize`, `activate` or `execute`",
+    [Initialize, Activate, Execute]
+);
+scalar_of_words!(OnHang, OnDisconnect, DriftPolicy, StandInFault);
 
 impl Scalar for RestartPolicy {
     const EXPECTED: &'static str = <Self as Words>::EXPECTED;

@@ -6,7 +6,8 @@ use std::time::Duration;
 use futures_util::future::BoxFuture;
 use rts_agent::LocalAgent;
 use rts_agent_api::messages::{
-    Batch, GateReport, LedgerFence, ModuleResolution, NodeSpecEnvelope, NodeSpecReceipt,
+    Batch, BindRequest, Bound, GateReport, LedgerFence, ModuleResolution, NodeSpecEnvelope,
+    NodeSpecReceipt,
 };
 use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_plan::observed::Inventory;
@@ -19,6 +20,8 @@ use crate::truth::Happened;
 
 /// As the controller's client has it.
 const REQUEST: Duration = Duration::from_secs(25);
+/// As the client of another agent has it.
+const PEER: Duration = Duration::from_secs(3);
 /// Turns of others until all that happened before is told.
 const TURNS: u32 = 16;
 
@@ -51,6 +54,18 @@ impl Remote {
         work: impl Fn(Node) -> Work<T> + Send + 'static,
     ) -> Result<T, ClientError> {
         let answer = timeout(REQUEST, self.ask(work)).await;
+        answer.unwrap_or_else(|_| Err(too_late(&self.endpoint)))
+    }
+}
+
+impl Remote {
+    /// What another agent asks.
+    pub async fn bind(&self, request: Arc<BindRequest>) -> Result<Bound, ClientError> {
+        let work = move |node: Node| -> Work<_> {
+            let request = Arc::clone(&request);
+            Box::pin(async move { node.api.bind(&request).await })
+        };
+        let answer = timeout(PEER, self.ask(work)).await;
         answer.unwrap_or_else(|_| Err(too_late(&self.endpoint)))
     }
 }

@@ -1,4 +1,4 @@
-//! Connectors, at both of their ends. Both are on this machine, in one process or in two.
+//! Connectors, at both of their ends: in one process, in two, or on two machines.
 
 use std::path::Path;
 use std::time::Duration;
@@ -96,9 +96,10 @@ async fn establish(
         refuse(FailureCode::PeerFailed, message)
     };
     let folder = Path::new(socket).parent().unwrap_or(Path::new(""));
-    let peer = handle.change(|state| {
+    let owner = handle.shared.owner(folder);
+    let peer = owner.change(|state| {
         let process = state.tenant(folder);
-        process.map(|process| Handle::new(handle.shared.clone(), process))
+        process.map(|process| Handle::new(owner.clone(), process))
     });
     let peer = peer.ok_or_else(|| failed("cannot be reached: connection refused"))?;
     if peer.now() == Run::Hangs {
@@ -106,7 +107,11 @@ async fn establish(
         let _ = timeout_at(until, peer.ended()).await;
         return Err(failed("gave no answer"));
     }
-    handle.change(|state| state.open(at, request, number, peer.number))
+    // Nobody else has a turn in between.
+    let sent = handle.change(|state| state.offer(at, request, number))?;
+    peer.change(|state| state.take(at.process, request, number, peer.number, &sent))?;
+    handle.change(|state| state.joined(at, &request.connector, peer.number));
+    Ok(())
 }
 
 fn check_incarnation(request: &ConnectRequest, found: &str) -> Result<(), Failure> {
@@ -213,7 +218,7 @@ impl State {
         }
     }
 
-    /// Connects both ends.
+    /// Connects both ends, which are on this machine.
     fn open(
         &mut self,
         at: &At,
@@ -221,16 +226,35 @@ impl State {
         number: u64,
         peer: u64,
     ) -> Result<(), Failure> {
+        let sent = self.offer(at, request, number)?;
+        self.take(at.process, request, number, peer, &sent)?;
+        self.joined(at, &request.connector, peer);
+        Ok(())
+    }
+
+    /// What the out-port end sends.
+    fn offer(&mut self, at: &At, request: &ConnectRequest, number: u64) -> Result<String, Failure> {
         let name = &request.connector;
-        let conflict = |why: String| Err(refuse(FailureCode::Conflict, why));
         let component = self.staying(at)?;
         let waits = |c: &Connector| c.number == number && c.link == Link::Connecting;
         if !component.connectors.get(name).is_some_and(waits) {
-            return conflict(format!(
-                "the connector {name} was removed while it was being connected"
-            ));
+            let message = format!("the connector {name} was removed while it was being connected");
+            return Err(refuse(FailureCode::Conflict, message));
         }
-        let sent = component.port(&request.port, "out")?.to_owned();
+        Ok(component.port(&request.port, "out")?.to_owned())
+    }
+
+    /// The in-port end takes the connector of a process.
+    fn take(
+        &mut self,
+        from_process: u64,
+        request: &ConnectRequest,
+        number: u64,
+        peer: u64,
+        sent: &str,
+    ) -> Result<(), Failure> {
+        let name = &request.connector;
+        let conflict = |why: String| Err(refuse(FailureCode::Conflict, why));
         let target = format!("{}.{}", request.target_instance, request.target_port);
         let process = self.living(peer);
         let end = process.as_ref().and_then(|process| process.ends.get(name));
@@ -260,20 +284,20 @@ impl State {
         }
         // The newest wins.
         self.close_end(peer, name, Parting::GoodBye, Cause::Asked);
-        self.join(at, name, number, peer);
-        Ok(())
-    }
-
-    fn join(&mut self, at: &At, name: &str, number: u64, peer: u64) {
         let end = self.living(peer).and_then(|p| p.ends.get_mut(name));
         if let Some(end) = end {
             end.source = Some(Source {
                 number,
-                process: at.process,
+                process: from_process,
                 closed: None,
                 received: 0.0,
             });
         }
+        Ok(())
+    }
+
+    /// Both ends have agreed.
+    fn joined(&mut self, at: &At, name: &str, peer: u64) {
         let Some(component) = self.component(at) else {
             return;
         };

@@ -1,4 +1,4 @@
-//! Counters, which rise while time passes.
+//! Counters, which rise while time passes. What comes from another machine is not counted where it arrives.
 
 use std::collections::BTreeMap;
 

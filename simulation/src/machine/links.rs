@@ -1,6 +1,7 @@
 //! The end of connectors, seen from either of their ends.
 
-use super::state::{At, Component, Link, Parting, Process, Source, State};
+use super::far::Parted;
+use super::state::{At, Link, Parting, Process, State};
 use crate::truth::{Cause, Happened, Subject};
 
 impl State {
@@ -27,32 +28,24 @@ impl State {
             connector,
             cause,
         });
-        let Some(process) = self.processes.get_mut(&peer) else {
-            return;
+        let parted = Parted {
+            peer,
+            connector: name.to_owned(),
+            number,
+            parting,
+            cause,
+            lost: self.cause_of_loss(at.process, cause),
+            source: Some(source.clone()),
         };
-        let Some(end) = process.ends.get_mut(name) else {
-            return;
-        };
-        let open = |s: &&mut Source| s.number == number && s.closed.is_none();
-        let Some(its) = end.source.as_mut().filter(open) else {
-            return;
-        };
-        its.closed = Some(parting);
-        let target = At {
-            process: peer,
-            instance: end.binding.instance.clone(),
-            incarnation: end.incarnation.clone(),
-        };
-        let told = format!("its source {source} has gone");
-        process.changed(format!("connector/{name}"), told, None);
-        if parting == Parting::Loss {
-            let cause = self.cause_of_loss(at.process, cause);
-            self.lose(&target, name, cause);
+        if self.is_elsewhere(peer) {
+            self.parted.push(parted);
+        } else {
+            self.source_gone(&parted, &source);
         }
     }
 
     /// Closes the out-port end alone; gives whose it was, its number, and how it was connected.
-    fn shut(
+    pub(super) fn shut(
         &mut self,
         process: u64,
         instance: &str,
@@ -76,29 +69,19 @@ impl State {
         };
         source.closed = Some(parting);
         let (link, peer) = (source.number, source.process);
-        let Some(process) = self.processes.get_mut(&peer) else {
-            return;
-        };
-        let is = |c: &&Component| c.connectors.get(name).is_some_and(|c| c.number == link);
-        let Some(at) = process.components.values().find(is).map(|c| c.at(peer)) else {
-            return;
-        };
-        let Some((of, ..)) = self.shut(peer, &at.instance, name, parting) else {
-            return;
-        };
-        let connector = name.to_owned();
-        self.news.push(Happened::Disconnected {
-            of,
-            connector,
+        let parted = Parted {
+            peer,
+            connector: name.to_owned(),
+            number: link,
+            parting,
             cause,
-        });
-        if let Some(process) = self.living(peer) {
-            let told = "disconnected: the other end closed the connection".to_owned();
-            process.changed(format!("connector/{name}"), told, None);
-        }
-        if parting == Parting::Loss {
-            let cause = self.cause_of_loss(number, cause);
-            self.lose(&at, name, cause);
+            lost: self.cause_of_loss(number, cause),
+            source: None,
+        };
+        if self.is_elsewhere(peer) {
+            self.parted.push(parted);
+        } else {
+            self.target_gone(&parted);
         }
     }
 

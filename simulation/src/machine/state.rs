@@ -14,6 +14,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
 
 use super::configuration::Configuration;
+use super::far::Parted;
 use crate::faults::Misbehaviour;
 use crate::modules::{Modules, SimModule};
 use crate::truth::{Happened, Subject};
@@ -40,6 +41,8 @@ pub(super) struct State {
     pub news: Vec<Happened>,
     /// Losses that components are to act on.
     pub losses: Vec<Loss>,
+    /// Ends that were closed, whose other ends are on other machines and were not told yet.
+    pub parted: Vec<Parted>,
     /// Until when counters are right.
     pub counted: Instant,
 }
@@ -118,6 +121,7 @@ impl LifeCycle {
 pub(super) struct Component {
     pub subject: Subject,
     pub type_name: String,
+    pub stand_in: bool,
     pub ports: Vec<PortInfo>,
     pub system: Option<SystemId>,
     pub restarts: u32,
@@ -176,7 +180,7 @@ pub(super) struct Connector {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Link {
     Connecting,
-    /// With the in-port end in this process.
+    /// With the in-port end in this process, which may be on another machine.
     Open(u64),
     Closed(Parting),
 }
@@ -213,7 +217,7 @@ pub(super) struct End {
 pub(super) struct Source {
     /// Number of the connector.
     pub number: u64,
-    /// Process of the out-port end.
+    /// Process of the out-port end, which may be on another machine.
     pub process: u64,
     /// How it ended; none while it is open.
     pub closed: Option<Parting>,

@@ -3,7 +3,7 @@
 use rts_schemas::system::{ComponentSpec, ConnectorSpec, SystemSpec};
 use serde::{Deserialize, Serialize};
 
-use super::system::{can_connect, component, connector};
+use super::system::{component, connector};
 use super::{NODES, without};
 use crate::seed::Stream;
 
@@ -36,7 +36,7 @@ pub enum Change {
         /// Component.
         instance: String,
     },
-    /// A new connector, where both ends are on one node.
+    /// A new connector.
     Connect {
         /// Component of the out-port.
         source: String,
@@ -64,7 +64,7 @@ pub enum Change {
         /// Manager.
         manager: String,
     },
-    /// Another node. Connectors that would go between nodes go away.
+    /// Another node. Its connectors stay.
     Move {
         /// Component.
         instance: String,
@@ -126,17 +126,9 @@ impl Change {
                 c.placement.isolated = manager.is_empty();
                 c.placement.manager = (!manager.is_empty()).then(|| manager.clone());
             }),
-            Self::Move { instance, node } => {
-                find(&mut spec, instance, &|c| {
-                    c.placement.node = Some(node.clone());
-                });
-                let components = spec.components.clone();
-                let of = |name: &str| components.iter().find(|c| c.instance == name);
-                spec.connectors.retain(|c| {
-                    let ends = (of(&c.source.instance), of(&c.target.instance));
-                    matches!(ends, (Some(source), Some(target)) if can_connect(source, target))
-                });
-            }
+            Self::Move { instance, node } => find(&mut spec, instance, &|c| {
+                c.placement.node = Some(node.clone());
+            }),
         }
         spec
     }
@@ -144,12 +136,10 @@ impl Change {
 
 fn connect(spec: &mut SystemSpec, source: &str, target: &str) {
     let new = connector(source, target);
-    let ends = (
-        super::component(spec, source),
-        super::component(spec, target),
-    );
-    if let (Some(from), Some(to)) = ends
-        && can_connect(from, to)
+    let there = |name: &str| super::component(spec, name).is_some();
+    if source != target
+        && there(source)
+        && there(target)
         && !spec.connectors.iter().any(|c| c.name == new.name)
     {
         spec.connectors.push(new);

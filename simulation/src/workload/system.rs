@@ -5,7 +5,7 @@ use rts_schemas::system::{
     Orders, Placement, Policy, PortKind, PortRef, RestartPolicy, SystemSpec,
 };
 
-use super::{NODES, TYPES, node_of, orders};
+use super::{NODES, TYPES, orders};
 use crate::seed::Stream;
 
 /// A system of this name on some of the first `nodes` nodes. `letter` begins the names of its components, so that no two
@@ -99,22 +99,17 @@ fn policy(stream: &Stream) -> Policy {
     }
 }
 
-/// Connectors between components of one node; cycles are usual.
+/// Connectors between components, on one node or on two; cycles are usual.
 fn connectors(stream: &Stream, components: &[ComponentSpec]) -> Vec<ConnectorSpec> {
     let mut all = Vec::new();
     for source in components {
         for target in components {
-            if stream.chance(0.3) && can_connect(source, target) {
+            if stream.chance(0.3) && source.instance != target.instance {
                 all.push(connector(&source.instance, &target.instance));
             }
         }
     }
     all
-}
-
-/// True when a connector of this version can join them.
-pub(super) fn can_connect(source: &ComponentSpec, target: &ComponentSpec) -> bool {
-    source.instance != target.instance && node_of(source) == node_of(target)
 }
 
 /// A connector from one component to another.

@@ -9,7 +9,7 @@ use rts_controller::{Core, Reconciler, expire_sessions};
 use tokio::task::JoinSet;
 
 use super::World;
-use crate::fleet::{SimFleet, SimSession};
+use crate::fleet::{SimFleet, SimPeers, SimSession};
 use crate::life::Life;
 use crate::truth::Happened;
 use crate::words::CONTROLLER;
@@ -129,6 +129,7 @@ async fn agent(world: &Arc<World>, life: &Life) -> Result<rts_agent::Running, St
         disk: node.disk.grip(life.clone()),
         machine: node.machine.grip(life.clone()),
         controller: Some(Arc::new(SimSession::new(&world.hosts, life))),
+        peers: Arc::new(SimPeers::new(&world.hosts, life)),
     };
     let running = rts_agent::start(config, inputs).await;
     let running = running.map_err(|e| e.to_string())?;

@@ -1,9 +1,11 @@
 //! A node, and a small system that it is told to run.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
+use rts_agent::peers::HomePeers;
 use rts_agent::{Config, Inputs, Running};
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
@@ -67,6 +69,7 @@ impl Node {
             disk: self.disk.grip(life.clone()),
             machine: self.machine.grip(life.clone()),
             controller: None,
+            peers: Arc::new(HomePeers::new(Path::new("/none"))),
         };
         rts_agent::start(config, inputs).await.unwrap()
     }
@@ -106,6 +109,7 @@ pub fn connector(source: &str, from: &str, target: &str, to: &str) -> PlacedConn
         },
         source: end(from),
         target: end(to),
+        undetermined: None,
     }
 }
 
@@ -142,6 +146,7 @@ pub fn node_spec_with(policy: &Policy) -> NodeSpecEnvelope {
             ..ComponentSpec::default()
         },
         manager: manager.to_owned(),
+        stand_in: None,
         module_digest: None,
         recreate_hash: "h".to_owned(),
     };
@@ -196,6 +201,7 @@ pub fn up() -> Batch {
                 execution_kind: ExecutionKind::Periodic,
                 rate: Some(100.0),
                 on_disconnect: Default::default(),
+                stand_in: None,
             },
         ));
     }
@@ -229,6 +235,7 @@ pub fn up() -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 8,
+        seen: None,
     }
 }
 

@@ -17,6 +17,7 @@ use crate::agent::Agent;
 use crate::execute::connector::join;
 use crate::managers::Manager;
 
+mod far;
 mod ports;
 
 /// Longest name of a connector: made of two instances and two ports.
@@ -38,8 +39,15 @@ impl Agent {
     ) -> Result<Acted, Problem> {
         let inventory = self.observe().await;
         let subject = self.subject_in(&inventory, &wish.source.instance).await?;
-        let found = self.find_component(&inventory, &wish.target.instance);
-        let (peer, end) = found.map_err(far)?;
+        let (peer, end) = match self.find_component(&inventory, &wish.target.instance) {
+            Ok(found) => found,
+            // It may be on another node.
+            Err(missing) if missing.status == 404 => {
+                let far = self.connect_far(&subject, &wish, dry_run, missing);
+                return far.await;
+            }
+            Err(silent) => return Err(silent),
+        };
         ports::check(&subject.component, &peer, &wish)?;
         let node = &self.config.node;
         let spec = spec(&subject, wish)?;
@@ -83,14 +91,6 @@ fn not_adopted(acted: &mut Acted, peer: &ComponentObserved) {
             peer.instance
         )];
     }
-}
-
-/// A target that is not found may be on another node.
-fn far(mut problem: Problem) -> Problem {
-    if problem.status == 404 {
-        problem.detail += "; both ends of a connector must be on one node: connections between nodes come with the network transport";
-    }
-    problem
 }
 
 /// What is to be made. Without a name it is the desired connector of these ends, if there is one: what was disconnected

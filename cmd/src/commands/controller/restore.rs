@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use rts_controller_api::objects::{Kind, Node};
+
 use super::confirm;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::{HomeLock, make_folders};
+use crate::local::nodes::Nodes;
 use crate::local::restore::{Mode, Report, call, stop_controller};
 use crate::local::{LOCAL_NODE, LocalError, plural, up};
 use crate::session::Session;
@@ -36,7 +39,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         ));
     }
     let home = &session.home;
-    home.check_length()?;
+    home.check_length(LOCAL_NODE)?;
     let file = std::path::absolute(&args.file).map_err(LocalError::file("find", &args.file))?;
     let checked = call(home, &file, Mode::Check).await?;
     let held = checked.map_err(|reason| refused(&file, &reason))?;
@@ -48,7 +51,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     )?;
     let done = {
         let _lock = HomeLock::take(home)?;
-        make_folders(home, LOCAL_NODE)?;
+        make_folders(home, Nodes::of(home)?.first())?;
         if stop_controller(home)? {
             session.out.say("rtsctl: stopped the controller");
         }
@@ -60,7 +63,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         call(home, &file, mode).await?
     };
     // Whatever came of it, a controller runs again.
-    let started = up::ensure(session, None).await;
+    let started = up::ensure(session, up::Wish::default()).await;
     let done = done.map_err(|reason| LocalError::File {
         what: "restore",
         path: args.file.clone(),
@@ -93,17 +96,17 @@ fn refused(file: &Path, reason: &str) -> CliError {
     })
 }
 
-/// True when the controller runs, and its node only waits for a word of the user; that is said.
+/// True when the controller runs, and a node only waits for a word of the user; that is said.
 async fn disagrees(session: &Session) -> bool {
     let Ok(controller) = session.connect().await else {
         return false;
     };
-    let node = controller.node(LOCAL_NODE).await;
-    let message = node.ok().and_then(|node| node.status.message);
-    if let Some(message) = &message {
-        session.out.warn(message);
-    }
-    message.is_some()
+    let nodes = controller.list::<Node>(Kind::Node).await;
+    let nodes = nodes.map(|list| list.items).unwrap_or_default();
+    let waits = nodes.iter().filter(|node| node.status.ledger.is_some());
+    let messages = waits.filter_map(|node| node.status.message.as_deref());
+    let said = messages.map(|message| session.out.warn(message)).count();
+    said > 0
 }
 
 /// `2 systems of 2026-01-01T00:00:00Z: hello, second`.

@@ -4,7 +4,6 @@ use rts_controller_api::objects::Node;
 
 use super::Scene;
 use super::page::Page;
-use crate::local::LOCAL_NODE;
 use crate::show::age::age;
 use crate::show::table::Table;
 
@@ -44,7 +43,7 @@ pub(super) fn node(node: &Node, scene: &Scene) -> Page {
 
 /// What brings a node's agent back; none while it is there.
 pub(super) fn help(name: &str, scene: &Scene) -> Option<String> {
-    if scene.lacks_agent && name == LOCAL_NODE {
+    if scene.lacking.iter().any(|node| node == name) {
         return Some(format!(
             "the agent of node {name} does not run: `rtsctl up` starts it again"
         ));

@@ -11,7 +11,7 @@ fn scene() -> Scene {
     }
     Scene {
         now: samples::NOW,
-        lacks_agent: false,
+        lacking: Vec::new(),
         systems: of(Kind::System),
         nodes: of(Kind::Node),
         components: of(Kind::Component),
@@ -148,7 +148,7 @@ fn what_hangs_comes_with_a_way_to_end_it() {
 #[test]
 fn a_node_without_its_agent_comes_with_the_way_to_start_it() {
     let mut scene = scene();
-    scene.lacks_agent = true;
+    scene.lacking = vec!["local".to_owned()];
     let says = "the agent of node local does not run: `rtsctl up` starts it again";
     for (kind, name) in [
         (Kind::Node, "local"),
@@ -158,7 +158,7 @@ fn a_node_without_its_agent_comes_with_the_way_to_start_it() {
         let page = page(kind, name, &scene);
         assert_eq!(page.matches(says).count(), 1, "{page}");
     }
-    scene.lacks_agent = false;
+    scene.lacking.clear();
     scene.nodes[0].status.state = "Unknown".to_owned();
     let page = page(Kind::Node, "local", &scene);
     assert!(page.contains("start it again on its machine"), "{page}");

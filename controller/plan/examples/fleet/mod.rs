@@ -86,6 +86,7 @@ fn system(components: usize) -> StoredSystem {
             name: "fleet".to_owned(),
             uid: "7d1b3ec4-8d8f-4f9e-9d55-1a8a3a0c2f11".to_owned(),
         },
+        stand_ins: Default::default(),
         module_digests: BTreeMap::from([("LowPassFilter".to_owned(), "0".repeat(64))]),
         spec,
         deleting: false,
@@ -158,6 +159,8 @@ fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
             port: spec.target.port.clone(),
             source: Some(spec.source.clone()),
             connected: true,
+            samples_received: 0,
+            drops: 0,
         });
         let own = sources.entry(spec.source.instance.as_str()).or_default();
         own.push(ConnectorObserved {
@@ -220,6 +223,7 @@ fn live(
         system: Some(system.clone()),
         incarnation: format!("of {}", spec.instance),
         recreate_hash: placed.recreate_hash.clone(),
+        stand_in: placed.stand_in.is_some(),
         state: LifeCycleState::Active,
         message: None,
         restarts: 0,

@@ -25,6 +25,8 @@ impl World {
                     source: Some(source.clone()),
                     // Who is connected is found when somebody looks.
                     connected: false,
+                    samples_received: 0,
+                    drops: 0,
                 });
             }
         }

@@ -167,6 +167,7 @@ impl World {
                 let component = self.find(node, manager, instance)?;
                 if let Some(on_disconnect) = on_disconnect {
                     component.on_disconnect = *on_disconnect;
+                    component.stand_in = stand_in.is_some();
                 }
                 if *configuration != Configuration::default() {
                     let mut mark = Mark::of(component);
@@ -268,6 +269,7 @@ impl World {
             execution_kind,
             rate,
             on_disconnect,
+            stand_in,
             ..
         } = &step.work
         else {
@@ -296,11 +298,11 @@ impl World {
         let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
         check(
-            manager.modules.contains(type_name),
+            component.stand_in || manager.modules.contains(type_name),
             "its module is not loaded",
         )?;
         check(
-            manager.opened.get(type_name) == wanted.as_ref(),
+            component.stand_in || manager.opened.get(type_name) == wanted.as_ref(),
             "its process has other code for it",
         )?;
         manager.components.push(component);

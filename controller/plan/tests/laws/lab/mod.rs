@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, Observed};
-use rts_plan::plan::{Blocked, Drift, Plan, StepId};
+use rts_plan::plan::{Blocked, Drift, Plan, Step, StepId, Work};
 use rts_plan::target::{component, connector, on};
 use rts_plan::{StoredSystem, check_orders, plan};
 use rts_schemas::system::{ComponentSpec, DriftPolicy, ExecutionKind};
@@ -243,18 +243,47 @@ impl Lab {
     }
 
     pub fn run(&mut self, plan: &Plan, fail: Option<usize>) -> Result<Run, TestCaseError> {
-        well_formed(plan, &self.blocked)?;
-        let mut seed = self.seed;
         let mut nth = 0;
-        let mut fails = |_: &_| {
+        let mut fails = |_: &Step| {
             nth += 1;
             fail.is_some_and(|every| nth % every == 0)
         };
+        self.run_failing(plan, &mut fails, fail.is_some())
+    }
+
+    /// What the agent of a node plans and does alone. A connector to another node fails where its target is not there,
+    /// as that one's agent says.
+    pub fn run_alone(&mut self, node: &str) -> Result<Run, TestCaseError> {
+        let plan = self.alone(node);
+        let there: BTreeSet<(String, String, String)> = self
+            .world
+            .components()
+            .map(|(n, key, c)| (n.to_owned(), key.name.clone(), c.instance.clone()))
+            .collect();
+        let mut fails = |step: &Step| match &step.work {
+            Work::Connect { connector } if connector.target.node != node => {
+                let place = &connector.target;
+                let target = connector.spec.target.instance.clone();
+                !there.contains(&(place.node.clone(), place.manager.clone(), target))
+            }
+            _ => false,
+        };
+        self.run_failing(&plan, &mut fails, false)
+    }
+
+    fn run_failing(
+        &mut self,
+        plan: &Plan,
+        fails: &mut dyn FnMut(&Step) -> bool,
+        hasty: bool,
+    ) -> Result<Run, TestCaseError> {
+        well_formed(plan, &self.blocked)?;
+        let mut seed = self.seed;
         let chance = Chance {
             pick: &mut |_| Self::random(&mut seed),
-            fails: &mut fails,
+            fails,
         };
-        self.world.hasty = fail.is_some();
+        self.world.hasty = hasty;
         let run = self.world.execute(plan, chance);
         self.seed = seed;
         run.map_err(|broken| TestCaseError::fail(format!("{broken}\n{plan}\n{:#?}", plan.steps)))
