@@ -1,6 +1,7 @@
 //! `rtsctl smoke`: what passes, what fails and how it is told, and that nothing is ever left of it.
 
 mod ci;
+mod corpus;
 mod failing;
 mod passing;
 mod stopped;
