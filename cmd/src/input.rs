@@ -129,7 +129,7 @@ impl InputArgs {
     ) -> Result<Loaded, CliError> {
         let mut read_overlays = Vec::new();
         for path in overlays {
-            let overlay = overlay::read(&shown(path), &read(path)?);
+            let overlay = overlay::read_any(&shown(path), &read(path)?);
             read_overlays.push(overlay.map_err(|report| refuse(path, &report, out))?);
         }
         let name = self.name.as_deref();

@@ -62,7 +62,7 @@ yaml_type! {
         package: PackageName = "package";
         /// Versions of the package that will do.
         version: VersionRange = "version";
-        /// Whether a stand-in, with its ports but without its code, takes its place.
+        /// When a stand-in, with its ports but without its code, takes its place; a mapping says how that behaves too.
         stand_in: StandInSetting = "standIn";
         /// What it may use of its node.
         resources: ResourceSettings = "resources";

@@ -63,3 +63,6 @@ impl Shape {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -536,6 +536,30 @@ pub struct Orders {
     pub finalizing: Vec<Condition>,
 }
 
+impl Orders {
+    /// All of them with their names in JSON.
+    pub fn by_name(&self) -> [(&'static str, &[Condition]); 7] {
+        let Orders {
+            start_up,
+            shut_down,
+            activation,
+            deactivation,
+            resetting,
+            initializing,
+            finalizing,
+        } = self;
+        [
+            ("startUp", start_up),
+            ("shutDown", shut_down),
+            ("activation", activation),
+            ("deactivation", deactivation),
+            ("resetting", resetting),
+            ("initializing", initializing),
+            ("finalizing", finalizing),
+        ]
+    }
+}
+
 /// `sequence` of a condition that has no place in the sequence: it neither waits for lower numbers nor do higher ones wait
 /// for it. A number that tools with 32 bits still read, as the last of all.
 pub const NO_SEQUENCE: u32 = i32::MAX as u32;

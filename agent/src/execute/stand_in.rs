@@ -22,6 +22,10 @@ pub(super) fn put_in(
             request.instance
         )));
     }
+    // A profile may make a set active that only the component itself has.
+    if let Some(active) = &request.active {
+        request.sets.entry(active.clone()).or_default();
+    }
     request.execution_kind = kind_name(ExecutionKind::Periodic).to_owned();
     request.stand_in = Some(StandInShape {
         ports: shape.ports.into_iter().map(port).collect(),

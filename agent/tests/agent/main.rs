@@ -17,6 +17,7 @@ mod in_process;
 mod leaks;
 mod life;
 mod node_spec;
+mod peers;
 mod policies;
 mod real_manager;
 mod run_folder;

@@ -66,7 +66,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         session.out.say(&format!("note: {note}"));
     }
     if args.out == Path::new("-") {
-        session.out.result(&text)?;
+        session.out.document(&text)?;
         return Ok(Exit::Ok);
     }
     save(&args.out, &text)?;

@@ -62,6 +62,8 @@ fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> Table<Id<'a>, Idle> {
             Some(wait) => (wait.flow, wait.transient),
             None if by_hand => (Flow::No, false),
             None if facts.wants.contains_key(&source) => (Flow::Yes, false),
+            // Its source is on a node of which nothing is said here, but its in-port is not.
+            None if is_fed(facts, target, key.1) => (Flow::Yes, false),
             None => (Flow::Unknown, false),
         };
         if flow == Flow::Yes {
@@ -85,6 +87,17 @@ fn idle<'a>(facts: &Facts<'a>, links: &Links<'a>) -> Table<Id<'a>, Idle> {
         }
     }
     idle
+}
+
+/// True when the in-port end of a connector has its source.
+fn is_fed<'a>(facts: &Facts<'a>, target: Id<'a>, connector: &str) -> bool {
+    let ends = facts.instances(target).iter().flat_map(|live| {
+        let live = &facts.lives[*live];
+        let answers = live.manager.responsive;
+        live.component.bindings.iter().filter(move |_| answers)
+    });
+    let mut ends = ends.filter(|end| end.connected);
+    ends.any(|end| end.connector == connector)
 }
 
 fn waits_for(connector: &str, by_hand: bool, policy: OnDisconnect) -> String {

@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn each_key_sets_the_field_that_its_pointer_names() {
         let keys = keys();
-        assert_eq!(keys.len(), KEYS.len() + 1 + 4);
+        assert_eq!(keys.len(), KEYS.len() + 1 + 3);
         for key in &keys {
             let mut component = ComponentSpec::default();
             set(&mut component, key, other(key)).unwrap();

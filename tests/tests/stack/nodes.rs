@@ -267,3 +267,34 @@ fn names_that_cannot_be_are_refused_before_anything_starts() {
     }
     assert!(processes_of(&stack.home()).is_empty());
 }
+
+#[test]
+fn a_connector_between_nodes_is_cut_and_made_again_by_hand() {
+    let stack = two_nodes();
+    let left = stack.write(
+        "left.yaml",
+        "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Sine0: { drift: ignore }\n",
+    );
+    let left = left.to_str().expect("a path");
+    stack.expect(0, &[&APPLY[..], &["-f", left]].concat());
+    let before = components(&stack);
+    let name = "Sine0.out-Filter0.in";
+    let state = |state: &'static str| {
+        stack.until("connectors", state, |connectors| {
+            let mut all = connectors.iter();
+            all.any(|c| c["metadata"]["name"] == name && c["status"]["state"] == state)
+        });
+    };
+    stack.expect(0, &["disconnect", name]);
+    state("Disconnected");
+    stack.expect(0, &["connect", "Sine0.out", "Filter0.in"]);
+    state("Connected");
+    flows(&stack);
+    // One that no system has is for one node only.
+    let said = stack.rtsctl(&["connect", "Sine0.out", "Filter0.in", "--name", "second"]);
+    assert_ne!(said.code, 0, "{said:#?}");
+    let why = "put one between nodes into the profile";
+    assert!(said.err.contains(why), "{said:#?}");
+    assert_eq!(components(&stack), before);
+    stack.leaves_nothing();
+}

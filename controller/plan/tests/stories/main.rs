@@ -3,6 +3,7 @@
 // A failure here is a failed test; only the tests read files, the crate does not.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
+mod between;
 mod corpus;
 mod drift;
 mod export;
@@ -10,6 +11,7 @@ mod heals;
 mod mends;
 mod orders;
 mod script;
+mod stand_ins;
 mod story;
 mod transcripts;
 #[path = "../world/mod.rs"]

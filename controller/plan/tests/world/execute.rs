@@ -167,7 +167,6 @@ impl World {
                 let component = self.find(node, manager, instance)?;
                 if let Some(on_disconnect) = on_disconnect {
                     component.on_disconnect = *on_disconnect;
-                    component.stand_in = stand_in.is_some();
                 }
                 if *configuration != Configuration::default() {
                     let mut mark = Mark::of(component);
@@ -294,6 +293,7 @@ impl World {
         component.configuration.clone_from(configuration);
         component.execution_kind = *execution_kind;
         component.on_disconnect = *on_disconnect;
+        component.stand_in = stand_in.is_some();
         component.rate = rate.unwrap_or(component.rate);
         let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
