@@ -1,5 +1,7 @@
 //! The hello system: applied, seen to run, changed, taken down.
 
+mod smoke;
+
 use std::time::Duration;
 
 use rts_tests::{Stack, processes_of};

@@ -29,6 +29,7 @@ use clap::ValueEnum;
 use self::budget::{Budget, Budgets};
 use self::context::Context;
 use self::report::Report;
+pub use self::snapshot::Snapshot;
 use self::stack::Stack;
 use super::{duration, or_interrupted};
 use crate::cli::Globals;

@@ -383,6 +383,9 @@ pub struct ConnectorStatus {
     /// Why it is not Connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting_on: Option<String>,
+    /// One of its ends is a port of a stand-in of which the direction or the type is not known: it is not made.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub undetermined: bool,
     /// It is in no system's spec, or was changed by hand.
     #[serde(default)]
     pub drift: bool,

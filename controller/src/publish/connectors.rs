@@ -96,6 +96,7 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
         let undetermined = both
             .desired
             .and_then(|(_, placed)| placed.undetermined.as_ref());
+        status.undetermined = undetermined.is_some();
         status.waiting_on = match (&both.observed, reason) {
             _ if undetermined.is_some() => undetermined.map(|why| format!("is not made: {why}")),
             _ if service => Some("service ports are connected by a later version".to_owned()),
@@ -152,6 +153,7 @@ fn as_observed(
         bytes: found.bytes,
         drops: found.drops + lost.min(left),
         waiting_on: None,
+        undetermined: false,
         drift: false,
         drift_fields: Vec::new(),
     }

@@ -7,25 +7,20 @@ use rts_schemas::system::SystemSpec;
 
 use crate::error::CliError;
 use crate::local::LOCAL_NODE;
+use crate::local::nodes::NodeSetup;
 
 /// Most agents of one smoke test.
 const MAX_NODES: usize = 16;
 /// Longest name that is made of a host's: sockets lie below a folder of that name.
 const MAX_NAME: usize = 32;
 
-/// A node, and the hosts that mean it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wanted {
-    /// Name.
-    pub name: String,
-    /// Hosts of the profile.
-    pub hosts: Vec<String>,
-}
-
 /// The nodes of a system; the first one takes what names neither a node nor a host.
-pub fn of(spec: &SystemSpec) -> Result<Vec<Wanted>, CliError> {
+pub fn of(spec: &SystemSpec) -> Result<Vec<NodeSetup>, CliError> {
     let placements = || spec.components.iter().map(|c| &c.placement);
     let named: BTreeSet<&str> = placements().filter_map(|p| p.node.as_deref()).collect();
+    for name in &named {
+        name.parse::<NodeSetup>().map_err(CliError::usage)?;
+    }
     let homeless = placements().any(|p| p.node.is_none() && p.host.is_none());
     let mut nodes: BTreeMap<String, Vec<String>> = BTreeMap::new();
     nodes.extend(named.iter().map(|name| ((*name).to_owned(), Vec::new())));
@@ -41,18 +36,14 @@ pub fn of(spec: &SystemSpec) -> Result<Vec<Wanted>, CliError> {
         }
     }
     let local = nodes.remove(LOCAL_NODE);
-    let mut all: Vec<Wanted> = Vec::new();
+    let mut all: Vec<NodeSetup> = Vec::new();
     if local.is_some() || homeless || nodes.is_empty() {
-        all.push(Wanted {
-            name: LOCAL_NODE.to_owned(),
-            hosts: local.unwrap_or_default(),
-        });
+        all.push(NodeSetup::named(LOCAL_NODE));
     }
-    all.extend(
-        nodes
-            .into_iter()
-            .map(|(name, hosts)| Wanted { name, hosts }),
-    );
+    all.extend(nodes.into_iter().map(|(name, hosts)| NodeSetup {
+        name,
+        aliases: Some(hosts),
+    }));
     if all.len() > MAX_NODES {
         return Err(CliError::usage_help(
             format!("the system is spread over {} nodes", all.len()),
@@ -105,7 +96,7 @@ mod tests {
             orders: Default::default(),
         };
         let all = of(&spec).unwrap().into_iter();
-        all.map(|node| format!("{}={}", node.name, node.hosts.join(",")))
+        all.map(|node| format!("{}={}", node.name, node.hosts().join(",")))
             .collect()
     }
 

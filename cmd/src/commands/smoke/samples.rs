@@ -43,10 +43,16 @@ impl Flow {
 /// Waits until they do.
 pub async fn check(context: &mut Context<'_>) -> Verdict {
     let count = flows(context, Flow::default()).await?;
+    let undetermined = context.last.connectors.iter();
+    let undetermined = undetermined.filter(|c| c.status.undetermined).count();
+    let not_made = match undetermined {
+        0 => String::new(),
+        count => format!("; not made, as their ports are undetermined: {count}"),
+    };
     Ok(match count {
-        0 => "there is no data connector".to_owned(),
-        1 => "1 data connector carries samples".to_owned(),
-        count => format!("{count} data connectors carry samples"),
+        0 => format!("there is no data connector{not_made}"),
+        1 => format!("1 data connector carries samples{not_made}"),
+        count => format!("{count} data connectors carry samples{not_made}"),
     })
 }
 
@@ -75,7 +81,8 @@ fn expected(snapshot: &Snapshot, connector: &Connector) -> bool {
         component.is_some_and(|c| c.spec.required || c.status.state == "Active")
     };
     let ConnectorEnds { source, target } = ends(connector);
-    connector.spec.kind == PortKind::Data && runs(source) && runs(target)
+    let made = connector.spec.kind == PortKind::Data && !connector.status.undetermined;
+    made && runs(source) && runs(target)
 }
 
 struct ConnectorEnds<'a> {

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::nodes::Wanted;
 use crate::error::CliError;
 use crate::local::home::Home;
+use crate::local::nodes::NodeSetup;
 use crate::local::{LocalError, up};
 use crate::output::Output;
 use crate::session::Session;
@@ -18,12 +18,12 @@ pub struct Stack {
     /// Its home, and its controller.
     pub session: Session,
     /// Its nodes; the first one takes what no host means.
-    pub nodes: Vec<Wanted>,
+    pub nodes: Vec<NodeSetup>,
 }
 
 impl Stack {
     /// Makes its folder; nothing runs yet.
-    pub fn make(nodes: Vec<Wanted>, out: Output) -> Result<Self, CliError> {
+    pub fn make(nodes: Vec<NodeSetup>, out: Output) -> Result<Self, CliError> {
         let above = above();
         let folder = tempfile::Builder::new()
             .prefix("rts-smoke-")
@@ -48,7 +48,11 @@ impl Stack {
 
     /// Starts the controller and the agents, and waits until they know each other.
     pub async fn start(&self) -> Result<(), CliError> {
-        up::ensure(&self.session, None).await?;
+        let wish = up::Wish {
+            module_path: None,
+            nodes: self.nodes.clone(),
+        };
+        up::ensure(&self.session, wish).await?;
         Ok(())
     }
 }
