@@ -79,7 +79,7 @@ impl<'a> Made<'a> {
                     if let (Some(source), Some(target)) = ends {
                         let instance = &source.component.instance;
                         if *instance == target.component.instance && source.port == target.port {
-                            self.to_itself(manager, item, source);
+                            self.looped(manager, item, source);
                         } else {
                             all.push(self.connection(manager, item, source, target));
                         }
@@ -96,7 +96,7 @@ impl<'a> Made<'a> {
         all
     }
 
-    fn to_itself(&mut self, manager: &Manager, item: &Preconnect, end: End<'_>) {
+    fn looped(&mut self, manager: &Manager, item: &Preconnect, end: End<'_>) {
         let (instance, port) = (&end.component.instance, end.port);
         let message = format!("the connection joins `{instance}.{port}` with itself");
         let help = "name the port of another component as one of its ends";
