@@ -13,7 +13,7 @@ use crate::by_hand::Turns;
 use crate::config::Config;
 use crate::events::{Events, lock};
 use crate::folders::{FolderError, Folders};
-use crate::heal::{BackOff, Lease};
+use crate::heal::{Alone, BackOff, Lease};
 use crate::inputs::Inputs;
 use crate::inventory::Keeper;
 use crate::ledger::{Fence, Ledger, LedgerError, Sealed};
@@ -74,6 +74,8 @@ pub(crate) struct Agent {
     pub dirty: Notify,
     /// Whether a controller is there.
     pub lease: Lease,
+    /// What it did while no controller was there.
+    pub alone: Alone,
     /// What failed while no controller was there.
     pub failures: std::sync::Mutex<BackOff>,
     /// Held while a name for a component made by hand is chosen and taken.
@@ -111,6 +113,7 @@ impl Agent {
             marks_checked: Default::default(),
             dirty: Notify::new(),
             lease: Lease::default(),
+            alone: Alone::default(),
             failures: Default::default(),
             naming: Mutex::new(()),
             turns: Turns::default(),

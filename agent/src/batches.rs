@@ -238,6 +238,11 @@ impl Drop for Running {
 impl Agent {
     /// Starts a batch, or finds the very same one started before.
     pub async fn submit(self: &Arc<Self>, batch: Batch) -> Result<Arc<Entry>, Problem> {
+        if let Some(seen) = &batch.seen
+            && self.batches.find(&batch.plan_id).is_none()
+        {
+            self.refuse_outdated(seen).await?;
+        }
         let hands = Arc::new(Hands {
             agent: self.clone(),
             fence: fence(&batch),

@@ -89,6 +89,7 @@ impl Agent {
             rate: wish.rate,
             log_path: log_path.display().to_string(),
             on_disconnect: None,
+            stand_in: None,
         };
         let created = self.create_in(&manager, request, module_file.path).await;
         if created.is_err() && fresh {

@@ -10,6 +10,7 @@ mod in_vain;
 mod manager;
 mod module;
 mod queue;
+mod stand_in;
 mod unbind;
 mod verb;
 

@@ -3,6 +3,7 @@
 //! The session is the lease: nothing is begun while a controller is heard of, and what is left of a plan is dropped as
 //! soon as one is heard of again.
 
+mod alone;
 mod back_off;
 mod lease;
 mod patience;
@@ -24,6 +25,7 @@ use crate::agent::Agent;
 use crate::batches::{Entry, MAX_DEADLINE};
 use crate::events::lock;
 
+pub(crate) use alone::Alone;
 pub(crate) use back_off::BackOff;
 pub(crate) use lease::Lease;
 use patience::patience;
@@ -74,11 +76,14 @@ async fn heal(agent: &Arc<Agent>, after: Duration) -> Option<Healing> {
     if now(agent.inventory.last()).is_empty() {
         return None;
     }
-    let steps = now(agent.observe().await);
+    let inventory = agent.observe().await;
+    let revision = inventory.revision;
+    let steps = now(inventory);
     let signs = agent.lease.signs();
     if steps.is_empty() || !agent.lease.is_free(after) {
         return None;
     }
+    agent.alone.acts(revision);
     agent.events.push(told(agent, steps.len()));
     let deadline = DEADLINE + patience(&steps, &agent.policies());
     let plan_id = format!("heal-{}", agent.inputs.chance.uuid());
@@ -136,6 +141,7 @@ fn batch(spec: &NodeSpecEnvelope, plan_id: String, steps: Vec<Step>, deadline: D
         gates: Vec::new(),
         deadline_ms: deadline.as_millis().try_into().unwrap_or(u64::MAX),
         parallelism: PARALLELISM,
+        seen: None,
     }
 }
 

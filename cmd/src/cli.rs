@@ -8,7 +8,7 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
     diff, disconnect, docs, down, events, explain, export, fmt, get, logs, manager, plan, reset,
-    schema, teardown, up, version,
+    schema, smoke, teardown, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -36,7 +36,7 @@ pub struct Cli {
 pub const EXIT_CODES: &str = "\
 Exit status:
   0    done; no difference
-  1    only: differences or problems were found (diff, check)
+  1    only: differences or problems were found (diff, check, smoke)
   2    wrong usage, or the output cannot be written
   3    the profile or the plan is invalid
   4    the controller or an agent cannot be reached
@@ -121,6 +121,7 @@ pub enum Command {
     Manager(manager::Command),
     #[command(subcommand)]
     Controller(controller::Command),
+    Smoke(smoke::Args),
     Schema(schema::Args),
     Completion(completion::Args),
     Version(version::Args),
@@ -138,6 +139,9 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         Command::Docs(args) => docs::run(&args, out),
         Command::Schema(args) => schema::run(&args, out),
         Command::Fmt(args) => fmt::run(&args, out),
+        Command::Smoke(args) => {
+            smoke::own_stack(&cli.globals).and_then(|()| on_runtime(smoke::run(args, out)))
+        }
         Command::Explain(args) if args.is_field() => explain::fields(&args, out),
         command => match Session::new(&cli.globals, *out) {
             Ok(session) => return within(command, &session),
@@ -149,12 +153,17 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
 
 /// Runs a verb that works with a session.
 fn within(command: Command, session: &Session) -> Exit {
+    let result = on_runtime(dispatch(command, session));
+    result.unwrap_or_else(|e| failed(&e, session.help(&e), &session.out))
+}
+
+/// Runs it to its end.
+fn on_runtime(work: impl Future<Output = Result<Exit, CliError>>) -> Result<Exit, CliError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
-        .map_err(|e| CliError::Local(LocalError::Runtime(e)));
-    let result = runtime.and_then(|runtime| runtime.block_on(dispatch(command, session)));
-    result.unwrap_or_else(|e| failed(&e, session.help(&e), &session.out))
+        .map_err(|e| CliError::Local(LocalError::Runtime(e)))?;
+    runtime.block_on(work)
 }
 
 /// Prints an error with what helps, and gives its exit code.
@@ -194,5 +203,6 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),
         Command::Schema(args) => schema::run(&args, &session.out),
+        Command::Smoke(args) => smoke::run(args, &session.out).await,
     }
 }

@@ -1,5 +1,7 @@
 //! Reads the files that a verb names into one system, and prints everything that was found on the way.
 
+mod stand_ins;
+
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +16,8 @@ use crate::local::plural;
 use crate::output::Output;
 use crate::saved::SavedPlan;
 use crate::show::findings;
+
+pub use self::stand_ins::StandInArgs;
 
 /// Largest file that is read, in bytes.
 pub const MAX_FILE: u64 = 128 * 1024 * 1024;
@@ -36,6 +40,9 @@ pub struct InputArgs {
     /// Only this component or connector, and what it cannot be without; the rest stays as it is stored (may be repeated)
     #[arg(long = "target", value_name = "TARGET")]
     targets: Vec<String>,
+    /// Stand-ins.
+    #[command(flatten)]
+    stand_ins: StandInArgs,
 }
 
 impl InputArgs {
@@ -52,6 +59,7 @@ impl InputArgs {
             name,
             replace: false,
             targets,
+            stand_ins: StandInArgs::default(),
         }
     }
 
@@ -81,13 +89,14 @@ impl InputArgs {
             self.alone(!overlays.is_empty())?;
             return Ok(Source::Saved(Box::new(saved)));
         }
-        let loaded = self.files(profile, &bytes, &overlays, out)?;
+        let mut loaded = self.files(profile, &bytes, &overlays, out)?;
+        self.stand_ins.lay(&mut loaded.spec, out)?;
         Ok(Source::System(Box::new(Input {
             request: ApplyRequest {
                 spec: loaded.spec,
                 replace: self.replace,
                 targets: self.targets.clone(),
-                expect: Expect::default(),
+                expect: self.stand_ins.expect(),
             },
             places: loaded.places,
         })))
@@ -100,6 +109,8 @@ impl InputArgs {
             ("--target", !self.targets.is_empty()),
             ("--name", self.name.is_some()),
             ("--replace", self.replace),
+            ("--stand-ins", self.stand_ins.stand_ins),
+            ("--rtc", !self.stand_ins.rtc.is_empty()),
         ];
         match options.iter().find(|(_, given)| *given) {
             None => Ok(()),
@@ -119,7 +130,7 @@ impl InputArgs {
     ) -> Result<Loaded, CliError> {
         let mut read_overlays = Vec::new();
         for path in overlays {
-            let overlay = overlay::read(&shown(path), &read(path)?);
+            let overlay = overlay::read_any(&shown(path), &read(path)?);
             read_overlays.push(overlay.map_err(|report| refuse(path, &report, out))?);
         }
         let name = self.name.as_deref();
@@ -159,10 +170,13 @@ impl Input {
         }
     }
 
-    /// The request without expectations, to be planned.
+    /// The request without expectations of what runs, to be planned.
     pub fn planned(&self) -> ApplyRequest {
         ApplyRequest {
-            expect: Expect::default(),
+            expect: Expect {
+                max_stand_ins: self.request.expect.max_stand_ins,
+                ..Expect::default()
+            },
             ..self.request.clone()
         }
     }

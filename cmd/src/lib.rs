@@ -6,6 +6,7 @@ pub mod error;
 pub mod exit;
 pub mod follow;
 pub mod input;
+mod library;
 pub mod local;
 pub mod output;
 pub mod save;

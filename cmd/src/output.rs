@@ -98,6 +98,18 @@ impl Output {
         Ok(stdout.flush()?)
     }
 
+    /// A file that is printed: to the byte what it would be on disk, unless a terminal shows it.
+    pub fn document(&self, text: &str) -> Result<(), CliError> {
+        let mut stdout = io::stdout().lock();
+        // A terminal would obey what is meant as text.
+        if stdout.is_terminal() {
+            drop(stdout);
+            return self.result(text);
+        }
+        stdout.write_all(text.as_bytes())?;
+        Ok(stdout.flush()?)
+    }
+
     /// A message, unless `--quiet`.
     pub fn say(&self, text: &str) {
         if !self.quiet {

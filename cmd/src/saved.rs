@@ -86,6 +86,7 @@ impl SavedPlan {
                 index: Some(self.index),
                 digest: Some(self.digest.clone()).filter(|digest| !digest.is_empty()),
                 no_restart: false,
+                max_stand_ins: None,
             },
             ..self.request.clone()
         }

@@ -11,6 +11,7 @@ mod placed;
 mod places;
 mod silent;
 mod size;
+mod stand_ins;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -121,6 +122,7 @@ pub async fn examine(
         faults.extend(found.missing.clone());
         let described = described(&placed, &candidate, found);
         faults.extend(describe::check(&candidate.spec, &described));
+        faults.extend(check::real_ones(&candidate.spec, &found.stand_ins));
     }
     refuse(faults)?;
     if let Some(stored) = &stored {
@@ -148,6 +150,7 @@ fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> S
         index: stored.map_or(0, |s| s.index),
         spec: spec.clone(),
         digests: BTreeMap::new(),
+        stand_ins: BTreeSet::new(),
         nodes: stored.map_or_else(BTreeSet::new, |s| s.nodes.clone()),
         created: stored.map_or_else(|| core.clock.now(), |s| s.created),
         deleted: None,
@@ -194,10 +197,16 @@ impl Examined {
             Some(stored) => stored.digests.clone(),
             None => self.found.pinned(stored.as_ref(), &self.observed),
         };
+        candidate.stand_ins = match stored.as_ref().filter(|_| self.untouched.is_some()) {
+            Some(stored) => stored.stand_ins.clone(),
+            None => self.found.stand_ins(stored.as_ref()),
+        };
+        stand_ins::within(&candidate, self.expect.max_stand_ins)?;
         candidate.nodes.extend(self.types.into_keys());
         let changed = stored.as_ref().is_none_or(|stored| {
-            let old = (&stored.spec, &stored.digests, &stored.places);
-            old != (&candidate.spec, &candidate.digests, &candidate.places)
+            let kept = |record: &SystemRecord| (record.digests.clone(), record.stand_ins.clone());
+            let same = (&stored.spec, &stored.places) == (&candidate.spec, &candidate.places);
+            !same || kept(stored) != kept(&candidate)
         });
         if changed {
             candidate.generation += 1;

@@ -144,6 +144,7 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
         core.record(event.of(Some(name)));
         core.desired_changed();
     } else {
+        core.confirm(name).await.map_err(|e| of_store(&e))?;
         core.wake.notify_one();
     }
     Ok(ApplyResult {

@@ -289,6 +289,7 @@ fn stored(record: &SystemRecord) -> StoredSystem {
         reference: reference(record),
         spec: record.spec.clone(),
         module_digests: record.digests.clone(),
+        stand_ins: record.stand_ins.clone(),
         deleting: record.deleted.is_some(),
     }
 }

@@ -2,7 +2,8 @@
 
 mod cut;
 mod deadline;
+mod follow;
 mod run;
 
 pub use self::deadline::StartTimeouts;
-pub use self::run::{Executor, Peer};
+pub use self::run::{Accepted, Executor, Peer};

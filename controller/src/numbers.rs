@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use crate::core::{Core, REVISIONS};
-use crate::store::{StoreError, SystemRecord, Write};
+use crate::store::{Restored, StoreError, SystemRecord, Write};
 
 impl Core {
     /// Gives a system that is to be changed its index, and what is to be written with it. The caller holds
@@ -19,10 +19,35 @@ impl Core {
     pub async fn store_change(&self, mut record: SystemRecord) -> Result<u64, StoreError> {
         let indexes = self.number(&mut record);
         let put = Write::PutSystem(Box::new(record.clone()));
-        self.store.write(vec![indexes, put]).await?;
         let (name, index) = (record.name().to_owned(), record.index);
-        self.registry().systems.insert(name, record);
+        let said = self.said(&name);
+        let mut writes = vec![indexes, put];
+        writes.extend(said.clone().map(|said| Write::Restored(Some(said))));
+        self.store.write(writes).await?;
+        let mut registry = self.registry();
+        registry.systems.insert(name, record);
+        if said.is_some() {
+            registry.restored = said;
+        }
         Ok(index)
+    }
+
+    /// A user said what is stored already: since a restore that is more than the backup's word. The caller holds
+    /// [`Core::admission`].
+    pub async fn confirm(&self, name: &str) -> Result<(), StoreError> {
+        let Some(said) = self.said(name) else {
+            return Ok(());
+        };
+        let write = Write::Restored(Some(said.clone()));
+        self.store.write(vec![write]).await?;
+        self.registry().restored = Some(said);
+        Ok(())
+    }
+
+    /// What a restored store remembers of itself once a user has spoken of this system; none when that is so already.
+    fn said(&self, name: &str) -> Option<Restored> {
+        let mut restored = self.registry().restored.clone()?;
+        restored.said.insert(name.to_owned()).then_some(restored)
     }
 
     /// Reserves revisions before they run out.

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_plan::Placed;
-use rts_plan::observed::Observed;
+use rts_plan::observed::{NodeObserved, Observed};
 use rts_plan::plan::Plan;
 use tokio::time::Instant;
 
@@ -33,7 +33,7 @@ pub use self::backoff::{Backoff, Entry, target_of};
 pub use self::by_system::by_system;
 use self::drift::Drifts;
 pub use self::node_specs::NodeSpecs;
-use self::runs::Runs;
+use self::runs::{Revisions, Runs};
 use self::side::Unfinished;
 pub use self::teardown::is_free_of;
 
@@ -133,12 +133,14 @@ impl Reconciler {
             .map(|(uid, stamp)| (uid.clone(), stamp.generation))
             .collect();
         self.drifts.take(&plan, &observed, &stamps);
+        let seen = revisions(&observed);
         self.show(placed, planned, observed, &plan, faults);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;
         }
         let forgotten = teardown::finish(&self.core, &self.specs, &busy).await;
-        self.runs.start(&plan, &stamps, &busy, &long, &self.specs);
+        self.runs
+            .start(&plan, &stamps, &busy, &long, &self.specs, &seen);
         if forgotten { Next::Again } else { Next::Rest }
     }
 
@@ -187,6 +189,15 @@ impl Reconciler {
         }
         self.core.publish();
     }
+}
+
+/// What was seen of each node that told.
+fn revisions(observed: &Observed) -> Revisions {
+    let told = |(node, seen): (&String, &NodeObserved)| match seen {
+        NodeObserved::Known(inventory) => Some((node.clone(), inventory.revision)),
+        _ => None,
+    };
+    observed.nodes.iter().filter_map(told).collect()
 }
 
 /// What a system was told to be.

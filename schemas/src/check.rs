@@ -5,9 +5,11 @@
 mod against;
 mod choices;
 mod component;
+mod configured;
 mod connector;
 mod constraint;
 mod library;
+mod location;
 mod order;
 mod parameters;
 mod placed;
@@ -19,6 +21,7 @@ mod system;
 mod value;
 
 pub use against::against;
+pub(crate) use against::direction;
 pub use library::Library;
 pub use placed::placed;
 pub use rtc::rtc_profile;
@@ -28,11 +31,12 @@ pub use system::{System, system};
 use std::collections::HashSet;
 
 use crate::diagnostic::Report;
-use crate::rts_profile::model::{Target, property_value};
+use crate::names;
+use crate::rts_profile::model::{Component, Target, property_value};
 use crate::rts_profile::{NAME_KEY, ReadProfile};
 use crate::span::{Span, Text};
 use crate::suggest;
-use sink::Sink;
+use sink::{Sink, said};
 
 /// All problems of a profile, errors and warnings, those of reading first.
 pub fn profile(read: &ReadProfile) -> Report {
@@ -57,6 +61,7 @@ pub fn profile(read: &ReadProfile) -> Report {
         parameters::parameters(&mut check, component);
     }
     component::duplicates(&mut check);
+    location::locations(&mut check);
     connector::connectors(&mut check);
     for order in &read.profile.orders {
         order::order(&mut check, order);
@@ -108,7 +113,8 @@ impl<'a> Check<'a> {
     /// The name of a component that must be in the profile.
     fn instance(&mut self, target: &'a Target, owner: &str) -> Option<&'a str> {
         let name = self.required(&target.instance_name, "instanceName", owner, target.span)?;
-        if self.read.component(&name.value).is_some() {
+        if let Some(component) = self.read.component(&name.value) {
+            self.same_type(target, component, owner);
             return Some(name.trimmed());
         }
         if self.sink.is_full() {
@@ -125,6 +131,28 @@ impl<'a> Check<'a> {
         );
         self.error("unknown-instance", message, name.span, help);
         None
+    }
+
+    /// The id beside an instance name says a type too; the name decides.
+    fn same_type(&mut self, target: &Target, component: &Component, owner: &str) {
+        let instance = component.instance_name.as_ref().map_or("", Text::trimmed);
+        let (Some(id), Some(own)) = (said(&target.component_id), said(&component.id)) else {
+            return;
+        };
+        let kind = |id: &Text| names::type_name(&id.value, instance);
+        let (Some(named), Some(real)) = (kind(id), kind(own)) else {
+            return;
+        };
+        if named != real {
+            let message = format!(
+                "{owner} is `{instance}` of the type `{named}`, but `{instance}` is a `{real}`"
+            );
+            let help = format!(
+                "write `{}`, or name the instance that is meant; the name counts",
+                own.trimmed()
+            );
+            self.warning("component-id-mismatch", message, id.span, help);
+        }
     }
 
     fn header(&mut self) {

@@ -77,6 +77,8 @@ impl std::fmt::Debug for Inner {
 pub struct Root {
     /// First word of the path: `system`.
     pub name: &'static str,
+    /// Other words that mean it: the root keys and elements of the document.
+    pub others: &'static [&'static str],
     /// What it is a document of: `RTS Profile 0.2`.
     pub title: &'static str,
     /// How the document is written in XML and YAML.
@@ -116,8 +118,34 @@ pub struct Found {
 /// True when a path starts with the name of a root.
 pub fn is_path(path: &str) -> bool {
     let first = path.split('.').next().unwrap_or_default();
-    ROOTS.iter().any(|root| root.name == first)
+    ROOTS.iter().any(|root| root.is_called(first))
 }
+
+impl Root {
+    /// True for its name, or another word that means it.
+    fn is_called(&self, word: &str) -> bool {
+        self.name == word
+            || self
+                .others
+                .iter()
+                .any(|other| other.eq_ignore_ascii_case(word))
+    }
+}
+
+impl Field {
+    /// The same for what stands under one name of a mapping; nothing when this is no mapping of free names.
+    fn under(&self, name: &str) -> Option<Self> {
+        let kind = self.kind.strip_prefix(MAP)?;
+        Some(Self {
+            name: name.to_owned(),
+            kind: kind.to_owned(),
+            ..self.clone()
+        })
+    }
+}
+
+/// How the type of a mapping starts whose keys are free.
+const MAP: &str = "map[string]";
 
 /// Follows a path as `system.components.dataPorts`; keys of YAML and names of XML are understood, whatever their case.
 ///
@@ -134,6 +162,13 @@ pub fn find(path: &str, version: Option<&str>) -> Result<Found, NoField> {
         docs: Some((root.docs)()),
     };
     for word in words {
+        let named = found.docs.as_ref().and_then(|docs| docs.field(word));
+        let free = found.field.as_ref().and_then(|field| field.under(word));
+        if let (None, Some(free)) = (named, free) {
+            found.path = format!("{}.{word}", found.path);
+            found.field = Some(free);
+            continue;
+        }
         let Some(docs) = &found.docs else {
             let message = format!("`{}` is a plain value: it has no `{word}`", found.path);
             let help = format!("see `rtsctl explain {}`", found.path);
@@ -161,7 +196,7 @@ pub fn find(path: &str, version: Option<&str>) -> Result<Found, NoField> {
 }
 
 fn root(name: &str, version: Option<&str>) -> Result<&'static Root, NoField> {
-    let mut named = ROOTS.iter().filter(|root| root.name == name).peekable();
+    let mut named = ROOTS.iter().filter(|root| root.is_called(name)).peekable();
     if named.peek().is_none() {
         let mut known: Vec<&str> = ROOTS.iter().map(|root| root.name).collect();
         known.dedup();

@@ -16,6 +16,7 @@ pub mod rtc_conf;
 pub mod rtc_profile;
 pub mod rts_profile;
 pub mod span;
+pub mod stand_in;
 pub mod suggest;
 pub mod system;
 pub mod target;

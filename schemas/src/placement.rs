@@ -4,11 +4,13 @@
 mod lay;
 mod parts;
 mod settings;
+mod stand_in;
 mod values;
 
 pub use lay::{lay, lay_all};
 pub use parts::{keys, later, pointer};
 pub use settings::{of, settings};
+pub use stand_in::StandInSetting;
 pub use values::{
     Cpus, ManagerName, MemoryLimit, NodeName, PackageName, Priority, RestartLimit, Time, Value,
     VersionRange,
@@ -18,7 +20,7 @@ pub(crate) use values::{milliseconds, spelled_time, time_schema};
 use crate::diagnostic::Finding;
 use crate::span::{Span, Text};
 use crate::system::{
-    ComponentSpec, DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn as StandInUse,
+    ComponentSpec, DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn, StandInFault,
 };
 use crate::yaml::{self, Node};
 use crate::yaml_type::{Faults, Map, YamlType, yaml_type};
@@ -60,12 +62,26 @@ yaml_type! {
         package: PackageName = "package";
         /// Versions of the package that will do.
         version: VersionRange = "version";
-        /// Whether a stand-in, with its ports but without its code, takes its place.
-        stand_in: StandInUse = "standIn";
+        /// When a stand-in, with its ports but without its code, takes its place; a mapping says how that behaves too.
+        stand_in: StandInSetting = "standIn";
         /// What it may use of its node.
         resources: ResourceSettings = "resources";
         /// Configuration sets, parameter by parameter, and the active one.
         configuration: ConfigurationSettings = "configuration";
+    }
+}
+
+yaml_type! {
+    /// A stand-in: when there is one, and how it behaves. A plain word says when.
+    pub struct StandInSettings {
+        /// When it takes the component's place.
+        when: StandIn = "when";
+        /// Time that its initialising takes.
+        startup_time: Time = "startupTime";
+        /// The callback in which it fails.
+        fail: StandInFault = "fail";
+        /// Time after its activation at which it brings its process down.
+        crash_after: Time = "crashAfter";
     }
 }
 

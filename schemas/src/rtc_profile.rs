@@ -27,6 +27,16 @@ pub struct ReadRtcProfile {
 }
 
 impl ReadRtcProfile {
+    /// Keeps the comments of YAML as comments of XML, which YAML is never written with.
+    pub fn keep_remarks(&mut self) {
+        form::keep_all_remarks(
+            self.format,
+            &self.source,
+            &mut self.profile,
+            &mut self.around,
+        );
+    }
+
     /// The place of a range; `None` when it is unknown.
     pub fn place(&self, span: Span) -> Option<Place> {
         (!span.is_unknown()).then(|| self.source.place(span.start, span.end))

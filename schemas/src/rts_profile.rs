@@ -12,8 +12,8 @@ mod write;
 pub use crate::form::Format;
 pub(crate) use lower::{
     CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind,
-    is_pseudo_set, is_reversed, normal_data_type, parse_rate, parse_timing, parse_whole, type_name,
-    unused_name,
+    is_pseudo_set, is_reversed, lower_any, normal_data_type, parse_rate, parse_timing, parse_whole,
+    places, type_name, unescaped, unused_name,
 };
 pub use lower::{LowerOptions, Places, lower};
 pub use write::{WriteOptions, sayable, write};
@@ -22,7 +22,7 @@ use std::collections::HashMap;
 
 use crate::diagnostic::{Place, Report, Source};
 use crate::form::{self, Around, Opened, Tree};
-use crate::overlay::{self, Overlay};
+use crate::overlay::Overlay;
 use crate::span::Span;
 use crate::system::{PortKind, SystemSpec};
 use crate::xml::document::{Document, EditError};
@@ -60,6 +60,16 @@ impl ReadProfile {
     /// The place of a range; `None` when it is unknown.
     pub fn place(&self, span: Span) -> Option<Place> {
         (!span.is_unknown()).then(|| self.source.place(span.start, span.end))
+    }
+
+    /// Keeps the comments of YAML as comments of XML, which YAML is never written with.
+    pub fn keep_remarks(&mut self) {
+        form::keep_all_remarks(
+            self.format,
+            &self.source,
+            self.shape.form_mut(),
+            &mut self.around,
+        );
     }
 
     /// The component with this instance name; of several the first.
@@ -152,8 +162,14 @@ pub fn patch_yaml(source: &Source, old: &Shape, new: &Shape) -> Result<String, E
 fn shape_of(tree: &Tree) -> Shape {
     let old = match tree {
         Tree::Xml(tree) => {
-            let has = |local: &str| tree.root.elements().any(|e| e.local() == local);
-            (has("Component") || tree.root.local() == "RTSystemProfile") && !has("Components")
+            let root = &tree.root;
+            let has = |local: &str| root.elements().any(|e| e.local() == local);
+            let mut newer = forms::Profile::form_type().fields.iter();
+            // Where no element tells, the version does.
+            let version = root.attribute(&[forms::RTS, ""], "version");
+            let says_so = version.is_some_and(|version| version.value.trim() == "0.1")
+                && !newer.any(|field| *field.namespace == *forms::RTS && has(field.local));
+            (has("Component") || root.local() == "RTSystemProfile" || says_so) && !has("Components")
         }
         Tree::Yaml(node, _) => {
             let version = node.get("version").and_then(yaml::Node::text);
@@ -230,30 +246,14 @@ pub fn load_with_places(
     name: Option<&str>,
     overlays: &[Overlay],
 ) -> Result<Loaded, Report> {
-    let read = read(file_name, bytes)?;
-    let options = LowerOptions {
-        name,
-        file_stem: crate::names::file_stem(file_name),
-    };
-    let mut report = check::profile(&read);
-    let (spec, lowering) = lower(&read, &options);
-    report.extend(lowering);
-    report.sort_by_place();
-    let Some(mut spec) = spec else {
-        debug_assert!(report.has_errors());
-        return Err(report);
-    };
-    let mut places = lower::places(&read, &spec);
-    for overlay in overlays {
-        report.extend(overlay::lay(&mut spec, overlay, &mut places));
-    }
-    if report.has_errors() {
-        Err(report)
-    } else {
-        Ok(Loaded {
-            spec,
+    let mut system = check::system(file_name, bytes, name, overlays, None)?;
+    let report = system.take_report();
+    match report.has_errors() {
+        true => Err(report),
+        false => Ok(Loaded {
+            spec: system.spec,
             report,
-            places,
-        })
+            places: system.places,
+        }),
     }
 }

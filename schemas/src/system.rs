@@ -72,9 +72,9 @@ pub struct ComponentSpec {
     /// The package that brings its module.
     #[serde(default, skip_serializing_if = "Package::is_default")]
     pub package: Package,
-    /// Whether a stand-in takes its place (`rtsctl.standIn`).
-    #[serde(default, skip_serializing_if = "StandIn::is_default")]
-    pub stand_in: StandIn,
+    /// Whether a stand-in takes its place (`rtsctl.standIn`), and how that behaves.
+    #[serde(default, skip_serializing_if = "StandInSpec::is_default")]
+    pub stand_in: StandInSpec,
     /// What it may use of its node.
     #[serde(default, skip_serializing_if = "Resources::is_default")]
     pub resources: Resources,
@@ -94,7 +94,7 @@ impl Default for ComponentSpec {
             placement: Placement::default(),
             policy: Policy::default(),
             package: Package::default(),
-            stand_in: StandIn::default(),
+            stand_in: StandInSpec::default(),
             resources: Resources::default(),
         }
     }
@@ -262,12 +262,59 @@ impl Package {
     }
 }
 
-/// Whether a stand-in, which has the ports of a component but not its code, takes its place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+/// A stand-in for a component: whether there is one, and how it behaves.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct StandInSpec {
+    /// When it takes the component's place; never when nothing is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<StandIn>,
+    /// Milliseconds that its initialising takes (`rtsctl.standIn.startupTime`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub startup_time_ms: Option<u64>,
+    /// What it fails in (`rtsctl.standIn.fail`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fail: Option<StandInFault>,
+    /// Milliseconds after its activation at which it brings its process down (`rtsctl.standIn.crashAfter`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crash_after_ms: Option<u64>,
+    /// What the RTC Profile of the component's type says of it, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<RtcFacts>,
+}
+
+/// What an RTC Profile says of the components of its type.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct RtcFacts {
+    /// Their ports.
+    #[serde(default)]
+    pub ports: Vec<PortSpec>,
+    /// Their parameters with their defaults.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, String>,
+    /// Rate of their execution context in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+}
+
+impl StandInSpec {
+    /// Left out when written, so that a program from before this field was known can read the rest.
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// When it takes the component's place.
+    pub fn policy(&self) -> StandIn {
+        self.when.unwrap_or(StandIn::Never)
+    }
+}
+
+/// When a stand-in, which has the ports of a component but not its code, takes its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandIn {
     /// The component itself runs.
-    #[default]
     Never,
     /// Only when its module is not to be had.
     Missing,
@@ -276,17 +323,35 @@ pub enum StandIn {
 }
 
 impl StandIn {
-    /// Left out when written, so that a program from before this field was known can read the rest.
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// As profiles and overlays write it.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Never => "never",
             Self::Missing => "missing",
             Self::Always => "always",
+        }
+    }
+}
+
+/// The callback in which a stand-in fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StandInFault {
+    /// `on_initialize`: there will be no such component.
+    Initialize,
+    /// `on_activated`.
+    Activate,
+    /// `on_execute`, from the first one on.
+    Execute,
+}
+
+impl StandInFault {
+    /// As profiles and overlays write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Initialize => "initialize",
+            Self::Activate => "activate",
+            Self::Execute => "execute",
         }
     }
 }
@@ -487,6 +552,30 @@ pub struct Orders {
     /// `rts:Finalizing`.
     #[serde(default)]
     pub finalizing: Vec<Condition>,
+}
+
+impl Orders {
+    /// All of them with their names in JSON.
+    pub fn by_name(&self) -> [(&'static str, &[Condition]); 7] {
+        let Orders {
+            start_up,
+            shut_down,
+            activation,
+            deactivation,
+            resetting,
+            initializing,
+            finalizing,
+        } = self;
+        [
+            ("startUp", start_up),
+            ("shutDown", shut_down),
+            ("activation", activation),
+            ("deactivation", deactivation),
+            ("resetting", resetting),
+            ("initializing", initializing),
+            ("finalizing", finalizing),
+        ]
+    }
 }
 
 /// `sequence` of a condition that has no place in the sequence: it neither waits for lower numbers nor do higher ones wait

@@ -64,10 +64,8 @@ impl XmlError {
     pub fn finding(&self, source: &Source) -> Finding {
         let finding = Finding::error(self.code, self.message.clone())
             .at(Some(source.place(self.span.start, self.span.end)));
-        match &self.help {
-            Some(help) => finding.help(help),
-            None => finding,
-        }
+        let help = self.help.as_deref();
+        finding.help(help.unwrap_or("look for quotes and tags that are not closed, and for `<` and `&` in texts, which are written `&lt;` and `&amp;`"))
     }
 }
 

@@ -8,7 +8,7 @@ mod characters;
 mod comments;
 mod density;
 
-pub use comments::first_comment;
+pub use comments::{first_comment, remarks};
 
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span as Range, Tag};
 
@@ -76,7 +76,9 @@ pub fn parse(source: &Source) -> Result<Node, Box<Finding>> {
         }
         let span = place_of(text, &event, range, &mut cursor);
         if documents > 1 {
-            let fault = Fault::malformed("the file holds more than one YAML document", span);
+            let message = "the file holds more than one YAML document";
+            let help = "remove `---` and what follows it, or make two files of it";
+            let fault = Fault::malformed(message, help, span);
             return Err(fault.finding(source));
         }
         take(event, span, &mut builder).map_err(|fault| fault.finding(source))?;
@@ -175,8 +177,15 @@ fn is_readable(c: char) -> bool {
 fn malformed(source: &Source, error: &ScanError) -> Box<Finding> {
     let at = error.marker();
     let place = source.place_at(at.line(), at.col() + 1);
-    Box::new(Finding::error("malformed-yaml", error.info()).at(Some(place)))
+    Box::new(
+        Finding::error("malformed-yaml", error.info())
+            .at(Some(place))
+            .help(MISTAKES),
+    )
 }
+
+/// What to look for where no YAML can be read.
+const MISTAKES: &str = "look for brackets and quotes that are not closed, tabs, and lines that are indented too far or not far enough";
 
 impl Node {
     /// The same, from nowhere.

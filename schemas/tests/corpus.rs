@@ -200,7 +200,9 @@ fn every_file_goes_to_the_old_version_and_back() {
             .findings
             .iter()
             .all(|f| f.message.contains("tion`") || f.message.contains("Down`"));
-        if orders_only {
+        // What is kept for the way back is not understood on the way.
+        let kept = ["rtsctl.v02.id", "rtsctl.v02.source.undeclared"];
+        if orders_only && !kept.iter().any(|name| text.contains(name)) {
             assert_eq!(plain(old_spec), plain(spec.clone()), "{file}");
             same += 1;
         }

@@ -6,6 +6,7 @@ mod forms;
 
 use forms::changes::{Change, assert_untouched, change, instances, moved, rename, stands_twice};
 use forms::noise::{scribble, spoil};
+use forms::versions::{self, only_what_is_named_is_lost};
 use forms::{Tape, bare, edit, fill, loose};
 use proptest::prelude::*;
 use rts_schemas::diagnostic::{Report, Source};
@@ -16,7 +17,7 @@ use rts_schemas::rtc_profile::forms::RtcProfile;
 use rts_schemas::rts_profile::forms::{Profile, v01};
 use rts_schemas::xml::document::{EditError, Part};
 use rts_schemas::xml::{Document, parse_tree};
-use rts_schemas::{rtc_profile, rts_profile};
+use rts_schemas::{rtc_profile, rts_profile, xml};
 
 fn read<F: Form + Default>(text: &str, words: &'static Vocabulary) -> (F, Around, Report) {
     let opened =
@@ -211,6 +212,16 @@ proptest! {
                 }
             }
         });
+    }
+
+    #[test]
+    fn what_the_old_version_loses_is_named(form in tape(900), noise in tape(400)) {
+        let words = &rts_profile::forms::WORDS;
+        let text = format(&versions::connected(&form), &Around::default(), words, Format::Xml);
+        only_what_is_named_is_lost("f", text.as_bytes());
+        let mut tree = Around::default().tree(&versions::connected(&form), words);
+        spoil(&mut tree, &mut Tape::new(&noise));
+        only_what_is_named_is_lost("f", xml::print(&tree).as_bytes());
     }
 
     #[test]

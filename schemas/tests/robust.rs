@@ -86,13 +86,11 @@ fn attack(bytes: &[u8]) {
 fn checked(bytes: &[u8]) {
     let mut library = check::Library::default();
     library.add(rtc_profile::read("component.xml", COMPONENT.as_bytes()).unwrap());
-    if let Ok(system) = check::system("f", bytes, Some("name"), &[]) {
+    if let Ok(system) = check::system("f", bytes, Some("name"), &[], Some(&library)) {
         let (Ok((_, report)) | Err(report)) = load("f", bytes, Some("name"), &[]);
         assert_eq!(system.report, report);
         check::against(&system.read, &library);
-        if let Some(spec) = &system.spec {
-            check::placed(&system.read, spec, Some(&["local"]));
-        }
+        check::placed(&system, Some(&["local"]));
     }
     if let Ok(profile) = rtc_profile::read("f", bytes) {
         check::rtc_profile(&profile);

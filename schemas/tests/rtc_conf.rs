@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use rts_schemas::codes;
-use rts_schemas::diagnostic::{Report, Severity, render};
+use rts_schemas::diagnostic::{Finding, Report, Severity, render};
 use rts_schemas::form::Format;
 use rts_schemas::rtc_conf::{Converted, Options, SIZE_LIMIT, Sources, convert, load, read};
 use rts_schemas::rtc_profile::forms::RtcProfile;
@@ -150,6 +150,42 @@ fn a_set_up_of_two_managers_becomes_one_system() {
     assert_eq!(again.orders, spec.orders);
 }
 
+/// A composite component names its members in its configuration.
+#[test]
+fn a_composite_keeps_its_members() {
+    let text = "manager.components.precreate: PeriodicECSharedComposite?instance_name=Arm, Motor, Sensor\n\
+        composite.Arm.conf.default.members: Motor0, Sensor0, Nobody0\n\
+        composite.Arm.conf.default.exported_ports: Motor0.in\n\
+        manager.components.preactivation: Arm, Motor0, Sensor0\n";
+    let mut report = Report::default();
+    let setup = load(
+        &[("rtc.conf", text.as_bytes())],
+        &Folder(PathBuf::new()),
+        &mut report,
+    );
+    let options = Options {
+        name: Some("arm"),
+        created: "2026-01-01T00:00:00",
+        types: &[],
+        managers_inside: true,
+    };
+    let made = convert(&setup, &options);
+    let arm = &made.profile.components[0];
+    assert_eq!(
+        arm.composite_type.as_ref().unwrap().value,
+        "PeriodicECShared"
+    );
+    let members: Vec<&str> = arm
+        .participants
+        .iter()
+        .flat_map(|one| &one.participant)
+        .map(|member| member.instance_name.as_ref().unwrap().value.as_str())
+        .collect();
+    assert_eq!(members, ["Motor0", "Sensor0"]);
+    assert_eq!(arm.configuration_sets[0].data.len(), 2);
+    insta::assert_snapshot!("composite_findings", shown(&made.report));
+}
+
 #[test]
 fn without_rtc_profiles_types_are_guessed_and_said() {
     let folder = manifests().join("rtc_conf");
@@ -272,7 +308,8 @@ fn every_real_set_up_is_converted() {
         );
         let text = result.text(Format::Xml);
         let (spec, report) = rts_profile::load("made.xml", text.as_bytes(), None, &[]).unwrap();
-        assert_eq!(report, Report::default(), "{name}");
+        let composite = |f: &Finding| f.code == "composite-component";
+        assert!(report.findings.iter().all(composite), "{name}: {report:?}");
         overlay::read("made.yaml", result.overlay.as_bytes()).unwrap();
         made += 1;
         let warned = result

@@ -118,3 +118,40 @@ fn what_stands_twice_or_holds_too_much_is_told() {
     let said: Vec<String> = read.findings.findings.iter().map(render).collect();
     insta::assert_snapshot!(said.join("\n\n"));
 }
+
+/// Each thing that is read otherwise than the schema has it, or not at all, is told at its place, and kept to the letter.
+#[test]
+fn what_is_not_as_the_schema_has_it_is_told_and_kept() {
+    let system = SYSTEM
+        .replace(
+            "r:pathUri = 'localhost/A0.rtc'",
+            "pathUri='localhost/A0.rtc' r:visible='true' r:pathURI='b' own='1' x:own='2' xmlns:x='urn:mine' xsi:nil='false' xmlns:xsi='http://www.w3.org/2001/XMLSchema-instance'",
+        )
+        .replace("<r:Location/>", "a &lt; b<!-- > --> and more <r:Location/>twice: Stray\r\n text");
+    let read = rts_profile::read("s.xml", system.as_bytes()).unwrap();
+    let said: Vec<String> = read.findings.findings.iter().map(render).collect();
+    insta::assert_snapshot!(said.join("\n\n"));
+    let document = Document::open("s.xml", system.as_bytes()).unwrap();
+    let same = rts_profile::patch(&document, &read.shape, &read.shape).unwrap();
+    assert_eq!(same.bytes().unwrap(), system.as_bytes());
+    let first = &read.profile.components[0];
+    assert_eq!(first.path_uri.as_ref().unwrap().value, "localhost/A0.rtc");
+}
+
+/// `type` of a port is its data type, whatever stands before it.
+#[test]
+fn an_attribute_without_prefix_is_that_of_the_profile() {
+    let text = COMPONENT.replace("rtc:type=", "type=");
+    let (read, usual) = (
+        read("c.xml", text.as_bytes()).unwrap(),
+        read("c.xml", COMPONENT.as_bytes()).unwrap(),
+    );
+    let types = |profile: &rts_schemas::rtc_profile::forms::RtcProfile| {
+        let ports = profile.data_ports.iter();
+        ports
+            .map(|port| port.data_type.as_ref().map(|t| t.value.clone()))
+            .collect::<Vec<_>>()
+    };
+    assert!(types(&usual.profile).iter().any(Option::is_some));
+    assert_eq!(types(&read.profile), types(&usual.profile));
+}

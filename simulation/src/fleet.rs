@@ -67,9 +67,13 @@ impl Hosts {
         self.serving().agents.insert(life.host().to_owned(), node);
     }
 
-    /// A controller serves from now on, in the place of whoever did.
+    /// A controller serves from now on, in the place of whoever did; but for one that was replaced while it came up.
     pub fn controller_serves(&self, life: &Life, core: &Arc<Core>) {
-        self.serving().controller = Some((life.clone(), Arc::clone(core)));
+        let mut serving = self.serving();
+        let newer = |(other, _): &(Life, _)| other.number() > life.number() && !other.is_over();
+        if !serving.controller.as_ref().is_some_and(newer) {
+            serving.controller = Some((life.clone(), Arc::clone(core)));
+        }
     }
 
     /// The controller serves nobody any more, though it may go on.

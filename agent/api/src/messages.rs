@@ -113,6 +113,19 @@ pub struct Batch {
     pub deadline_ms: u64,
     /// At most this many steps at once; at least 1.
     pub parallelism: u32,
+    /// What was seen of this node when it was planned; the agent refuses it when it has acted alone since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen: Option<Seen>,
+}
+
+/// Which inventory of a node a plan was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Seen {
+    /// Session of the agent that told it.
+    pub session: String,
+    /// Revision of the inventory.
+    pub revision: u64,
 }
 
 /// News of steps of other nodes.

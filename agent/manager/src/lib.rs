@@ -22,6 +22,7 @@ mod requests;
 mod run_dir;
 mod server;
 mod slots;
+mod stand_in;
 mod sync;
 mod text;
 

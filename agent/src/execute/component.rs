@@ -27,6 +27,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             execution_kind,
             rate,
             on_disconnect,
+            stand_in,
         } => {
             let mut request = create_request(
                 verb,
@@ -38,6 +39,9 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 rate,
             );
             request.on_disconnect = Some(on_disconnect_name(on_disconnect).to_owned());
+            if let Some(shape) = stand_in {
+                super::stand_in::put_in(&*verb.manager(&manager)?, &mut request, shape)?;
+            }
             create(verb, &manager, request).await
         }
         Work::Configure {
@@ -166,6 +170,7 @@ fn create_request(
         restarts,
         rate,
         on_disconnect: None,
+        stand_in: None,
     }
 }
 

@@ -92,6 +92,7 @@ fn batch(steps: Vec<Step>) -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 10,
+        seen: None,
     }
 }
 

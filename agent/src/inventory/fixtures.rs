@@ -14,6 +14,7 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         system: None,
         incarnation: instance.to_owned(),
         recreate_hash: String::new(),
+        stand_in: false,
         restarts: 0,
         created: String::new(),
         state: "Active".to_owned(),

@@ -113,6 +113,7 @@ mod tests {
             spec,
             manager: "main".to_owned(),
             module_digest: None,
+            stand_in: None,
             recreate_hash: String::new(),
         };
         let system = NodeSystem {

@@ -129,6 +129,7 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         system: info.system.as_ref().map(system_ref),
         incarnation: info.incarnation,
         recreate_hash: info.recreate_hash,
+        stand_in: info.stand_in,
         state: state(&info.state),
         message: info.message,
         restarts: info.restarts,
@@ -216,7 +217,10 @@ fn binding(info: BindingInfo) -> BindingObserved {
 pub(crate) fn port(info: PortInfo) -> PortObserved {
     PortObserved {
         name: info.name,
-        kind: PortKind::Data,
+        kind: match info.direction.as_str() {
+            "service" => PortKind::Service,
+            _ => PortKind::Data,
+        },
         direction: match info.direction.as_str() {
             "in" => Some(Direction::In),
             "out" => Some(Direction::Out),

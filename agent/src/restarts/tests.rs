@@ -55,6 +55,7 @@ fn spec(components: &[(&str, Policy)]) -> (NodeSpec, Policies) {
             ..ComponentSpec::default()
         },
         manager: "main".to_owned(),
+        stand_in: None,
         module_digest: None,
         recreate_hash: String::new(),
     };

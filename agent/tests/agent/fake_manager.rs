@@ -422,6 +422,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
     let mut info = ComponentInfo {
         incarnation: uuid::Uuid::new_v4().to_string(),
         recreate_hash: request.recreate_hash,
+        stand_in: request.stand_in.is_some(),
         on_disconnect: request.on_disconnect,
         restarts: request.restarts,
         created: "2026-01-01T00:00:00Z".to_owned(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rts_agent_api::AgentApi;
-use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_agent_api::messages::{NodeSpecEnvelope, Seen};
 use rts_plan::desired::PlacedComponent;
 use rts_plan::observed::{ConnectorState, Inventory, LifeCycleState, ManagerObserved};
 use rts_plan::place::digest;
@@ -14,7 +14,7 @@ use rustix::process::Signal;
 use crate::agent_process::{AgentProcess, serving};
 use crate::fake_controller::FakeController;
 use crate::real_manager;
-use crate::setup::{Node, component, hello_spec, kill, lives};
+use crate::setup::{Node, component, hello_batch, hello_spec, kill, lives, problem};
 
 /// True when the hello system is there as its spec says.
 fn is_up(inventory: &Inventory) -> bool {
@@ -30,6 +30,41 @@ fn is_up(inventory: &Inventory) -> bool {
     components.len() == 3
         && components.iter().all(|c| c.state == LifeCycleState::Active)
         && connected.count() == 2
+}
+
+#[tokio::test]
+async fn what_was_planned_before_the_agent_acted_alone_is_refused() {
+    let mut node = Node::start().await;
+    node.stop().await;
+    node.config.heal_after = Some(Duration::from_millis(100));
+    node.start_again().await;
+    node.agent.put_node_spec(&hello_spec(1)).await.unwrap();
+    let up = node.until(is_up).await;
+    let session = node.agent.node().await.unwrap().session;
+    let seen = |session: &str, revision| Seen {
+        session: session.to_owned(),
+        revision,
+    };
+    let offered = |plan_id: &str, seen| {
+        let mut batch = hello_batch(plan_id, 1);
+        batch.seen = Some(seen);
+        batch
+    };
+    // It came up after the inventory with revision 1 was told.
+    for (plan_id, seen) in [
+        ("late", seen(&session, 1)),
+        ("other", seen("earlier", up.revision)),
+    ] {
+        let refused = node.agent.run_batch(&offered(plan_id, seen)).await;
+        let refused = problem(refused.map(|_| ()));
+        assert_eq!(
+            (refused.status, refused.code.as_str()),
+            (409, "stale-inventory")
+        );
+    }
+    let now = offered("now", seen(&session, up.revision));
+    let outcomes = node.outcomes(&now).await;
+    assert!(outcomes.iter().all(|(_, o)| o == "ok"), "{outcomes:?}");
 }
 
 /// Stops the agent, lets everything else die as in a power cut, and starts the agent again.

@@ -247,6 +247,7 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
         },
         manager: manager.to_owned(),
         module_digest: None,
+        stand_in: None,
         recreate_hash: "h".to_owned(),
     };
     let components = [
@@ -293,6 +294,7 @@ pub fn connector(
         },
         source: end(source_manager),
         target: end(target_manager),
+        undetermined: None,
     }
 }
 
@@ -330,6 +332,7 @@ pub fn create(id: StepId, needs: &[StepId], at: &str, instance: &str, type_name:
         execution_kind: ExecutionKind::Periodic,
         rate: Some(100.0),
         on_disconnect: Default::default(),
+        stand_in: None,
     };
     step(id, needs, &format!("component/{instance}"), work)
 }
@@ -357,6 +360,7 @@ pub fn batch(plan_id: &str, generation: u64, steps: Vec<Step>) -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 8,
+        seen: None,
     }
 }
 

@@ -2,29 +2,28 @@
 
 mod partly;
 mod send;
+mod wait;
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
 use rts_controller_api::requests::{ApplyResult, PlanResult};
 
-pub use self::partly::list_unfinished;
-use self::partly::{list_waiting, partly};
+use self::partly::list_waiting;
+pub use self::partly::{list_unfinished, partly};
+pub use self::send::put;
+pub use self::wait::wait;
 use super::plan::{ExpectArgs, show};
 use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::follow::{Follower, Verdict, judge};
+use crate::follow::Verdict;
 use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat};
-use crate::show::progress::{self, Progress};
-
-/// How long a system may be unwell without anybody saying why.
-const UNCLEAR: Duration = Duration::from_secs(3);
+use crate::show::progress;
 
 /// Make a system run as its profile says, and wait until it does
 ///
@@ -80,7 +79,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     }
     checked?;
     let input = args.expect.added(input);
-    let result = send::put(&input, &controller).await?;
+    let result = put(&input, &controller).await?;
     accepted(&input, &plan, session);
     follow(result, start, args.timeout, &controller, session).await
 }
@@ -112,7 +111,13 @@ async fn follow(
         session.out.say(&format!("note: {note}"));
     }
     let name = result.system.metadata.name.clone();
-    let wait = wait(result.system, start + timeout, controller, session);
+    let wait = wait(
+        result.system,
+        start + timeout,
+        controller,
+        session.out,
+        |_| (),
+    );
     let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
     match verdict {
         Verdict::Converged(waiting) => converged(&system, &waiting, start.elapsed(), session),
@@ -147,53 +152,10 @@ async fn planned(input: &Input, controller: &Controller) -> Result<PlanResult, C
     result.map_err(input.failed(what))
 }
 
-fn is_settled(system: &System) -> bool {
+/// Nothing is left to do for what was applied last.
+pub fn is_settled(system: &System) -> bool {
     let status = &system.status;
     status.phase == Phase::Converged && status.observed_generation >= system.metadata.generation
-}
-
-/// Follows from the state that the apply answered with. That one is from before the plan was carried out: only later
-/// ones are judged. Gives the last state; its verdict is `Going` when time is up.
-async fn wait(
-    from: System,
-    deadline: Instant,
-    controller: &Controller,
-    session: &Session,
-) -> Result<(System, Verdict), CliError> {
-    let name = from.metadata.name.clone();
-    let generation = from.metadata.generation;
-    let mut progress = Progress::start(session.out, &format!("system/{name}: applying"));
-    let mut follower = Follower::new(controller, &from);
-    let mut last = from;
-    let mut unclear = None;
-    let end = follower.until(deadline, |state| match state {
-        None => ControlFlow::Break(None),
-        Some(system) => {
-            progress.system(&system);
-            let verdict = judge(&system, generation);
-            last = system;
-            if verdict != Verdict::Unclear {
-                unclear = None;
-            }
-            match verdict {
-                Verdict::Going => ControlFlow::Continue(()),
-                Verdict::Unclear => {
-                    let since: Instant = *unclear.get_or_insert_with(Instant::now);
-                    if since.elapsed() < UNCLEAR {
-                        return ControlFlow::Continue(());
-                    }
-                    ControlFlow::Break(Some(Verdict::Partly(Vec::new())))
-                }
-                verdict => ControlFlow::Break(Some(verdict)),
-            }
-        }
-    });
-    let end = end.await;
-    match end.map_err(CliError::request(format!("follow system/{name}")))? {
-        Some(Some(verdict)) => Ok((last, verdict)),
-        Some(None) => Err(CliError::Gone { system: name }),
-        None => Ok((last, Verdict::Going)),
-    }
 }
 
 fn converged(
@@ -206,10 +168,15 @@ fn converged(
         session.out.warn(&format!("does not run: {text}"));
     }
     let connectors = plural("connector", system.spec.connectors.len());
+    let status = &system.status;
+    let stand_ins = match status.stand_ins {
+        0 => String::new(),
+        some => format!("; {some} of {} are stand-ins", status.components),
+    };
     session.out.result(&format!(
-        "system/{} converged: {} active, {connectors} connected ({:.2} s)",
+        "system/{} converged: {} active, {connectors} connected ({:.2} s){stand_ins}",
         system.metadata.name,
-        plural("component", system.status.active as usize),
+        plural("component", status.active as usize),
         took.as_secs_f64()
     ))?;
     Ok(Exit::Ok)

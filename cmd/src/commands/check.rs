@@ -3,7 +3,6 @@
 mod cycles;
 mod explain;
 mod files;
-mod library;
 
 use std::path::PathBuf;
 
@@ -21,7 +20,8 @@ use crate::show::sarif;
 /// Find every mistake in a profile and its overlays; nothing is contacted or changed
 ///
 /// FILE is an RTS Profile, or an RTC Profile, which is checked on its own. With --rtc the components of an RTS Profile are
-/// held against the RTC Profiles of their types. Exits 1 when there is an error.
+/// held against the RTC Profiles of their types. Exits 0 without an error, 1 when something is wrong in a file, and 3 when
+/// a file cannot be opened and read.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "rtsctl check [OPTIONS] FILE [-f OVERLAY]...\n       rtsctl check --explain [CODE]"
@@ -107,7 +107,7 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         return Err(error);
     }
     let denied = args.deny == Some(Deny::Warnings) && count.warnings > 0;
-    Ok(match count.errors > 0 || denied {
+    Ok(match report.has_errors() || denied {
         true => Exit::Different,
         false => Exit::Ok,
     })
@@ -118,15 +118,21 @@ struct Count {
     errors: usize,
     warnings: usize,
     notes: usize,
+    /// There are more, which are not shown.
+    more: bool,
 }
+
+/// Stands for all findings that are not shown, and is none itself.
+const MORE: &str = "too-many-problems";
 
 impl Count {
     fn of(report: &Report) -> Self {
         let of = |severity| {
-            let findings = report.findings.iter();
+            let findings = report.findings.iter().filter(|f| f.code != MORE);
             findings.filter(|f| f.severity == severity).count()
         };
         Self {
+            more: report.findings.iter().any(|f| f.code == MORE),
             errors: of(Severity::Error),
             warnings: of(Severity::Warning),
             notes: of(Severity::Note),
@@ -143,6 +149,7 @@ impl Count {
         let said: Vec<String> = said.map(|(noun, count)| plural(noun, *count)).collect();
         match said.as_slice() {
             [] => "no problem was found".to_owned(),
+            said if self.more => format!("{}, and more that are not shown", said.join(", ")),
             said => said.join(", "),
         }
     }

@@ -115,8 +115,9 @@ struct Made {
 
 /// Converts.
 pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
+    args.agree()?;
     let made = if args.files.iter().any(|file| is_conf(file)) {
-        set_up::convert(args)?
+        set_up::convert(args, out)?
     } else {
         profile::convert(args, out)?
     };
@@ -137,7 +138,7 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         out.say(&format!("the managers are in {}", path.display()));
     }
     if args.out == Path::new("-") {
-        out.result(&made.text)?;
+        out.document(&made.text)?;
     } else {
         save(&args.out, &made.text)?;
         out.result(&format!("written to {}", args.out.display()))?;
@@ -167,18 +168,40 @@ fn tell(mut report: Report, force: bool, out: &Output) -> usize {
 impl Args {
     /// The format that is asked for.
     fn format(&self) -> Option<Format> {
-        let by_name = self
-            .out
-            .extension()
-            .and_then(|ending| match ending.to_str()? {
-                "xml" | "rtsys" | "rts" => Some(To::Xml),
-                "yaml" | "yml" => Some(To::Yaml),
-                _ => None,
-            });
-        self.to.or(by_name).map(|to| match to {
+        self.to.or(self.by_name()).map(|to| match to {
             To::Xml => Format::Xml,
             To::Yaml => Format::Yaml,
         })
+    }
+
+    /// The format that the name of the result says.
+    fn by_name(&self) -> Option<To> {
+        match self.out.extension()?.to_str()? {
+            "xml" | "rtsys" | "rts" => Some(To::Xml),
+            "yaml" | "yml" => Some(To::Yaml),
+            _ => None,
+        }
+    }
+
+    /// A file whose name says another format than it has misleads everybody after.
+    fn agree(&self) -> Result<(), CliError> {
+        match (self.to, self.by_name()) {
+            (Some(to), Some(by_name)) if to != by_name => {
+                let name = |to| match to {
+                    To::Xml => "xml",
+                    To::Yaml => "yaml",
+                };
+                let message = format!(
+                    "--to says {}, but --out {} ends as {}",
+                    name(to),
+                    self.out.display(),
+                    name(by_name)
+                );
+                let help = "leave out --to, or name the file after its format";
+                Err(CliError::usage_help(message, help))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -7,10 +7,12 @@ use jiff::Timestamp;
 use rts_schemas::rts_profile::{self, WriteOptions};
 use rts_schemas::system::SystemSpec;
 
+use super::smoke::Snapshot;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::save::save;
 use crate::session::Session;
+use crate::show::picture;
 
 /// Write a system as it runs, with what was changed by hand (rtcryo)
 ///
@@ -36,6 +38,8 @@ enum Format {
     Json,
     /// The system as the API has it, YAML
     Yaml,
+    /// A picture of the system: components in the colours of their states, ports, connectors and nodes
+    Svg,
 }
 
 /// Writes it.
@@ -52,13 +56,17 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
             profile(&exported.spec, created.unwrap_or(now), now)
         }
         Format::Json => format!("{:#}", serde_json::json!(exported.spec)),
+        Format::Svg => {
+            let runs = Snapshot::take(&controller, name).await?;
+            picture::svg(&exported.spec, &runs.components, &runs.connectors)
+        }
         Format::Yaml => serde_yaml::to_string(&exported.spec).map_err(std::io::Error::other)?,
     };
     for note in &exported.notes {
         session.out.say(&format!("note: {note}"));
     }
     if args.out == Path::new("-") {
-        session.out.result(&text)?;
+        session.out.document(&text)?;
         return Ok(Exit::Ok);
     }
     save(&args.out, &text)?;
@@ -70,7 +78,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
 }
 
 /// An RTS Profile. Its dates are in UTC.
-fn profile(spec: &SystemSpec, created: Timestamp, now: Timestamp) -> String {
+pub fn profile(spec: &SystemSpec, created: Timestamp, now: Timestamp) -> String {
     let date = |time: Timestamp| time.strftime("%Y-%m-%dT%H:%M:%S").to_string();
     let options = WriteOptions {
         created: &date(created),

@@ -127,7 +127,7 @@ fn file(path: &Path, args: &Args, out: &Output) -> Result<bool, Refused> {
     } else if let Some(target) = &args.out {
         save::save(target, &made.text)?;
     } else {
-        out.result(&made.text)?;
+        out.document(&made.text)?;
     }
     if changes {
         encoding(&name, &bytes, &made, out);

@@ -251,6 +251,16 @@ fn print_table(
     let table = lists::table(kind, &list.items, look)?;
     let text = table.render(!format.no_headers, session.out.stdout_color());
     session.out.result(&text)?;
+    let stand_ins = list
+        .items
+        .iter()
+        .filter(|item| item["status"]["standIn"] == true);
+    match stand_ins.count() {
+        0 => {}
+        some => session
+            .out
+            .say(&format!("{some} of {} are stand-ins", list.items.len())),
+    }
     let drift = lists::drift(kind, &list.items);
     for (names, one, more, what) in [
         (&drift.extra, "is", "are", "in no system"),

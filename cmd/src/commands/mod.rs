@@ -25,6 +25,7 @@ pub mod manager;
 pub mod plan;
 pub mod reset;
 pub mod schema;
+pub mod smoke;
 pub mod teardown;
 pub mod up;
 pub mod version;

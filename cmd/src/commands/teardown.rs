@@ -135,7 +135,7 @@ fn confirm(name: &str, components: &str) -> Result<(), CliError> {
 }
 
 /// `None` once it is gone; its last state when time is up before, or when only nodes out of reach are waited for.
-async fn wait(
+pub async fn wait(
     from: System,
     deadline: Instant,
     controller: &Controller,

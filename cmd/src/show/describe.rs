@@ -108,6 +108,10 @@ fn system(system: &System, scene: &Scene) -> Page {
     );
     let (active, components) = (status.active, status.components);
     page.line("Active", format!("{active} of {components} components"));
+    if status.stand_ins > 0 {
+        let text = format!("{} of {components} components", status.stand_ins);
+        page.line("Stand-ins", text);
+    }
     for step in &status.progress.running {
         page.line("Runs", step);
     }

@@ -20,6 +20,9 @@ pub fn text(found: &Found, recursive: bool) -> String {
             let xml = field.xml.iter().map(|xml| format!("XML:     {xml}\n"));
             let yaml = field.yaml.iter().map(|yaml| format!("YAML:    {yaml}:\n"));
             text.extend(xml.chain(yaml));
+            if field.kind.starts_with("map[") {
+                text.push_str(&format!("KEYS:    any name, as in {}.NAME\n", found.path));
+            }
             text.push_str(&facts(&field.facts, ""));
         }
     }

@@ -113,6 +113,10 @@ fn systems(items: &[System], look: Look) -> Table {
             format!("{}/{}", s.status.active, s.status.components)
         }),
         Column("PHASE", Any, |s| format!("{:?}", s.status.phase)),
+        Column("STANDINS", Wide, |s| match s.status.stand_ins {
+            0 => String::new(),
+            some => format!("{some}/{}", s.status.components),
+        }),
         Column("DRIFT", Wide, |s| match s.status.drift.len() {
             0 => String::new(),
             some => some.to_string(),
@@ -146,6 +150,7 @@ fn components(items: &[Component], look: Look) -> Table {
         Column("DRIFT", Wide, |c| {
             drifted(c.status.drift, &c.status.drift_fields)
         }),
+        Column("STANDIN", Wide, |c| yes(c.status.stand_in)),
         Column("PID", Wide, |c| text(c.status.pid)),
         Column("RATE", Wide, |c| {
             text(c.status.rate.map(|rate| format!("{rate}Hz")))

@@ -6,6 +6,7 @@ pub mod describe;
 pub mod fields;
 pub mod findings;
 pub mod lists;
+pub mod picture;
 pub mod plan;
 pub mod progress;
 #[cfg(test)]

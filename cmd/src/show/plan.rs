@@ -84,13 +84,18 @@ pub fn print(
     }
 }
 
+/// The document that scripts may rely on.
+pub fn json(result: &PlanResult) -> serde_json::Value {
+    document::of(result)
+}
+
 /// A document as YAML.
 pub fn yaml(value: &serde_json::Value) -> Result<String, CliError> {
     Ok(serde_yaml::to_string(value).map_err(std::io::Error::other)?)
 }
 
 /// What differs, the steps where they are wanted, and the summary line last.
-fn text(plan: &Plan, view: View, color: bool) -> String {
+pub fn text(plan: &Plan, view: View, color: bool) -> String {
     let inline = if view == View::Lines { usize::MAX } else { 1 };
     let layout = Layout {
         width: if view == View::Lines {

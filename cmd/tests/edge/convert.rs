@@ -41,6 +41,68 @@ fn xml_becomes_yaml_and_xml_again() {
 }
 
 #[test]
+fn comments_of_yaml_are_kept_in_xml_and_missed_in_yaml() {
+    let edge = Edge::new();
+    let path = edge.folder.path().join("a.yaml");
+    let text = "rtsProfile:\n  id: \"RTSystem:a:b:1\"\n  version: \"0.2\"\n  # the motors\n  components:\n    - instanceName: M0 # left\n";
+    std::fs::write(path, text).unwrap();
+    let (code, xml, stderr) = edge.run(&["convert", "a.yaml", "--to", "xml"]);
+    assert_eq!((code, stderr.as_str()), (0, ""));
+    assert!(
+        xml.contains("<!-- the motors -->") && xml.contains("<!-- left -->"),
+        "{xml}"
+    );
+    let (code, yaml, stderr) = edge.run(&["convert", "a.yaml", "--profile-version", "0.2"]);
+    assert_eq!((code, yaml.contains('#')), (0, false));
+    insta::assert_snapshot!(stderr, @r#"
+    warning[comments-left-out]: 2 comments of the old YAML have no place in the YAML
+     --> a.yaml:4:3
+      |
+    4 |   # the motors
+      |   ^^^^^^^^^^^^
+      = help: keep the old file too, or write XML (`--to xml`), which has them
+    "#);
+}
+
+#[test]
+fn a_name_that_says_another_format_is_refused() {
+    let edge = with(&["hello/system.xml"]);
+    let args = [
+        "convert",
+        "hello/system.xml",
+        "--to",
+        "xml",
+        "--out",
+        "x.yaml",
+    ];
+    let (code, stdout, stderr) = edge.run(&args);
+    assert_eq!((code, stdout.as_str()), (2, ""));
+    insta::assert_snapshot!(stderr, @r#"
+    error: --to says xml, but --out x.yaml ends as yaml
+    help: leave out --to, or name the file after its format
+    "#);
+    assert!(!edge.folder.path().join("x.yaml").exists());
+}
+
+#[test]
+fn the_configuration_of_one_component_is_told_as_what_it_is() {
+    let edge = Edge::new();
+    let text = "# Motor0\nexec_cxt.periodic.rate: 500\nconf.default.gain: 1.0\nconf.__widget__.gain: text\n";
+    std::fs::write(edge.folder.path().join("Motor0.conf"), text).unwrap();
+    let (code, stdout, stderr) = edge.run(&["convert", "Motor0.conf"]);
+    assert_eq!((code, stdout.as_str()), (3, ""));
+    insta::assert_snapshot!(stderr, @r#"
+    error[conf-no-component]: this file configures one component and makes none, so there is no system
+     --> Motor0.conf:2:1
+      |
+    2 | exec_cxt.periodic.rate: 500
+      | ^^^^^^^^^^^^^^^^^^^^^^
+      = help: convert the `rtc.conf` that makes the component, and names this file: `CATEGORY.INSTANCE.config_file: FILE`
+    error: cannot convert Motor0.conf: 1 error
+    "#);
+}
+
+#[test]
 fn what_a_version_cannot_say_is_refused_or_left_out() {
     let edge = with(&["invalid/version-cannot-say/system.xml"]);
     let file = "invalid/version-cannot-say/system.xml";

@@ -39,6 +39,62 @@ fn a_profile_is_printed_in_canonical_form() {
     assert!(!edge.home().exists(), "formatting made the home");
 }
 
+/// No program may write them, and some do; a terminal would obey some of them.
+#[test]
+fn control_characters_are_printed_as_they_are_written() {
+    let edge = Edge::new();
+    let odd = "<rts:RtsProfile xmlns:rts='http://www.openrtp.org/namespaces/rts' rts:id='a\0b\u{1b}[0m'>\n \
+        <rts:Components rts:instanceName='A0'/>\0\n <rts:Components/></rts:RtsProfile>";
+    edge.write("a.xml", odd.as_bytes());
+    let (code, stdout, stderr) = edge.run(&["fmt", "a.xml"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stdout.contains("a\0b\u{1b}[0m") && stdout.contains("/>\0"),
+        "{stdout}"
+    );
+    edge.write("b.xml", stdout.as_bytes());
+    assert_eq!(edge.run(&["fmt", "b.xml"]).1, stdout);
+    assert_eq!(edge.run(&["fmt", "-w", "a.xml"]).0, 0);
+    assert_eq!(edge.read("a.xml"), stdout.as_bytes());
+    assert_eq!(edge.run(&["convert", "b.xml", "--to", "xml"]).1, stdout);
+}
+
+#[test]
+fn a_file_is_replaced_as_a_whole_and_its_other_names_keep_the_old_text() {
+    let edge = Edge::new();
+    edge.write("a.xml", BY_HAND.as_bytes());
+    let path = |name: &str| edge.folder.path().join(name);
+    std::fs::hard_link(path("a.xml"), path("hard.xml")).unwrap();
+    std::os::unix::fs::symlink("a.xml", path("soft.xml")).unwrap();
+    assert_eq!(edge.run(&["fmt", "-w", "soft.xml"]).0, 0);
+    assert!(path("soft.xml").is_symlink());
+    assert_ne!(edge.read("a.xml"), BY_HAND.as_bytes());
+    assert_eq!(edge.read("soft.xml"), edge.read("a.xml"));
+    assert_eq!(edge.read("hard.xml"), BY_HAND.as_bytes());
+}
+
+#[test]
+fn explain_takes_roots_and_goes_through_free_names() {
+    let edge = Edge::new();
+    let first = edge.run(&["explain", "rtsProfile.components"]);
+    assert_eq!(first, edge.run(&["explain", "system.components"]));
+    assert_eq!(first.0, 0);
+    let (code, stdout, _) = edge.run(&["explain", "overlay.spec.hosts"]);
+    assert_eq!(code, 0);
+    insta::assert_snapshot!(stdout, @r#"
+    KIND:    Deployment overlay
+    FIELD:   overlay.spec.hosts <map[string]string>
+    KEYS:    any name, as in overlay.spec.hosts.NAME
+
+    DESCRIPTION:
+        Node for each host that the profile names (host of `pathUri`, else of the
+        IOR).
+    "#);
+    let (code, stdout, _) = edge.run(&["explain", "overlay.spec.components.Motor0.node"]);
+    let field = "FIELD:   overlay.spec.components.Motor0.node <string>\n";
+    assert!(code == 0 && stdout.contains(field), "{stdout}");
+}
+
 #[test]
 fn check_and_diff_change_nothing_and_write_changes_what_must_be() {
     let edge = Edge::new();

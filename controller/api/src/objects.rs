@@ -184,6 +184,9 @@ pub struct SystemStatus {
     /// Number of those that are Active.
     #[serde(default)]
     pub active: u32,
+    /// Number of components whose place a stand-in takes.
+    #[serde(default)]
+    pub stand_ins: u32,
 }
 
 /// Progress of a plan.
@@ -299,7 +302,7 @@ pub struct ComponentStatus {
     /// Times it was made again after its process died.
     #[serde(default)]
     pub restarts: u32,
-    /// It stands in for a component whose package is not there.
+    /// A stand-in takes its place: none of its own code runs.
     #[serde(default)]
     pub stand_in: bool,
     /// Unique id of this creation.
@@ -380,6 +383,9 @@ pub struct ConnectorStatus {
     /// Why it is not Connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting_on: Option<String>,
+    /// One of its ends is a port of a stand-in of which the direction or the type is not known: it is not made.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub undetermined: bool,
     /// It is in no system's spec, or was changed by hand.
     #[serde(default)]
     pub drift: bool,

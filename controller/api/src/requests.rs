@@ -51,6 +51,9 @@ pub struct Expect {
     /// No process restarts and no component is made again. Else 409 `would-restart`.
     #[serde(default)]
     pub no_restart: bool,
+    /// At most so many of its components are stand-ins. Else 422 `too-many-stand-ins`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_stand_ins: Option<u32>,
 }
 
 impl Expect {

@@ -94,7 +94,11 @@ impl<'a> Bringer<'_, '_, 'a> {
     fn create(&mut self, id: Id<'a>, make: &Make) {
         let want = &self.facts.wants[&id];
         let spec = &want.placed.spec;
-        let before = self.module(want);
+        let before = match want.placed.stand_in {
+            // Its manager makes it by itself.
+            Some(_) => self.process(want),
+            None => self.module(want),
+        };
         let create = self.steps.add(NewStep {
             node: want.node,
             target: target::component(&spec.instance),
@@ -108,6 +112,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 execution_kind: spec.execution_context.kind,
                 rate: spec.execution_context.rate,
                 on_disconnect: spec.policy.on_disconnect,
+                stand_in: want.placed.stand_in.clone(),
             },
             reason: make.reason.clone(),
         });
@@ -130,6 +135,14 @@ impl<'a> Bringer<'_, '_, 'a> {
             self.steps.need(create, stopped.copied());
         }
         self.creates.insert(id, create);
+    }
+
+    /// The step that starts a component's process, if it does not run.
+    fn process(&mut self, want: &Want<'a>) -> Option<Ix> {
+        let seat = want.seat();
+        let runs = self.facts.processes.contains_key(&seat);
+        let stays = runs && !self.decisions.stops.contains_key(&seat);
+        (!stays).then(|| self.start(&seat))
     }
 
     /// The last step that makes a type available in a component's process, if any is needed.

@@ -160,11 +160,21 @@ impl<'a> Decider<'_, 'a> {
             let reason = format!("type changed from {from} to {to}");
             return self.make(want, Make { old, reason });
         }
+        let reason = match (component.stand_in, want.placed.stand_in.is_some()) {
+            (false, false) => None,
+            (false, true) => Some("a stand-in takes its place"),
+            (true, false) => Some("it takes the place of its stand-in"),
+            (true, true) => Some("its stand-in changed"),
+        };
+        if let Some(reason) = reason.map(str::to_owned) {
+            return self.make(want, Make { old, reason });
+        }
         let same_module = recreate_hash(
             &component.type_name,
             want.placed.module_digest.as_deref(),
             &want.placed.manager,
             component.execution_kind,
+            None,
         ) == component.recreate_hash;
         if same_module {
             let from = component.execution_kind;

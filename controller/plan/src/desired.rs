@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rts_schemas::stand_in::Shape;
 use rts_schemas::system::{ComponentSpec, ConnectorSpec, Orders};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -116,7 +117,10 @@ pub struct PlacedComponent {
     /// SHA-256 of the module file that was found when the system was applied.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub module_digest: Option<String>,
-    /// Covers what cannot change in place: type, module digest, manager, execution kind.
+    /// What the stand-in is made of that takes its place; none where the component itself runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_in: Option<Shape>,
+    /// Covers what cannot change in place: type, module digest, manager, execution kind, and all of a stand-in.
     pub recreate_hash: String,
 }
 
@@ -146,6 +150,9 @@ pub struct PlacedConnector {
     pub source: EndPlace,
     /// Where the target end is.
     pub target: EndPlace,
+    /// Why it is only declared: an end of it is a port of a stand-in that is not known well enough to be connected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undetermined: Option<String>,
 }
 
 /// Where one end of a connector lives. A name, never an address: addresses are resolved at each connect.

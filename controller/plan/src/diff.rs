@@ -70,6 +70,11 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
                 format!("{:?}", component.execution_kind),
                 format!("{kind:?}"),
             ),
+            (
+                "standIn",
+                component.stand_in.to_string(),
+                want.placed.stand_in.is_some().to_string(),
+            ),
         ];
         for (field, old, new) in pairs {
             if old != new {

@@ -79,6 +79,8 @@ pub(crate) struct Links<'a> {
     pub waits: Table<LinkId<'a>, Wait<'a>>,
     /// Service connectors, which have no steps yet: system name and connector name.
     pub services: Vec<(&'a str, &'a str)>,
+    /// The same of connectors at undetermined ports of stand-ins, and why.
+    pub undetermined: Vec<(&'a str, &'a str, &'a str)>,
     /// Components that must not be Active for want of a connector.
     pub idle: Table<Id<'a>, Idle>,
     /// What a person changed by hand; what is left of it is in none of the above.
@@ -113,6 +115,11 @@ pub(crate) fn decide<'a>(
             }
             continue;
         }
+        if let Some(why) = &link.connector.undetermined {
+            let system = link.system.name.as_str();
+            links.undetermined.push((system, key.1, why));
+            continue;
+        }
         let linker = Linker {
             facts,
             decisions,
@@ -123,6 +130,7 @@ pub(crate) fn decide<'a>(
         linker.decide(&mut links);
     }
     links.services.sort_unstable();
+    links.undetermined.sort_unstable();
     links
 }
 

@@ -126,6 +126,9 @@ pub struct ComponentObserved {
     pub incarnation: String,
     /// The hash that it was created with.
     pub recreate_hash: String,
+    /// It is a stand-in.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_in: bool,
     /// State now.
     pub state: LifeCycleState,
     /// Why it is in Error, or what it last complained about.

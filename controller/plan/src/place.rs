@@ -9,6 +9,7 @@ mod nodes;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::names;
+use rts_schemas::stand_in::{Ends, Shape};
 use rts_schemas::system::{
     ComponentSpec, ConnectorSpec, ExecutionKind, PortKind, PortRef, SystemSpec,
 };
@@ -24,6 +25,9 @@ use self::nodes::{choose_nodes, hosts};
 
 /// Manager of components that name none.
 pub const DEFAULT_MANAGER: &str = "main";
+
+/// Stand-ins, and remarks on them, that a note names.
+const NAMED: usize = 20;
 
 /// What placement must know of a node.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -43,6 +47,8 @@ pub struct StoredSystem {
     pub spec: SystemSpec,
     /// Type name → SHA-256 of the module file found when it was applied.
     pub module_digests: BTreeMap<String, String>,
+    /// Instances whose place a stand-in takes, as it was decided when it was applied.
+    pub stand_ins: BTreeSet<String>,
     /// Its end was asked for: it runs nothing any more.
     pub deleting: bool,
 }
@@ -176,6 +182,11 @@ fn place_system(
         orders: system.spec.orders.clone(),
         elsewhere: BTreeMap::new(),
     };
+    let shapes = shapes(system);
+    if !shapes.is_empty() && !system.deleting {
+        let notes = placed.notes.entry(system.reference.name.clone());
+        notes.or_default().extend(tell(system, &shapes));
+    }
     let mut parts: BTreeMap<&str, NodeSystem> = BTreeMap::new();
     if system.deleting {
         parts.extend(settled.nodes.iter().map(|node| (node.as_str(), empty())));
@@ -186,13 +197,13 @@ fn place_system(
         if !system.deleting {
             let manager = managers[component.instance.as_str()].clone();
             part.components
-                .push(place_component(system, component, manager));
+                .push(place_component(system, component, manager, &shapes));
         }
     }
     for connector in &system.spec.connectors {
         // Who provides a service to whom matters to the end of a system, and nobody observes it.
         if !system.deleting || connector.kind == PortKind::Service {
-            place_connector(&mut parts, connector, place_of);
+            place_connector(&mut parts, connector, place_of, &shapes);
         }
     }
     let named = elsewhere::named(&system.spec, &nodes);
@@ -244,22 +255,63 @@ fn sanitise(name: &str) -> String {
     format!("{near}-{}", &hex(Sha256::digest(name))[..8])
 }
 
+/// Instance → what its stand-in is made of, for each that has one.
+fn shapes(system: &StoredSystem) -> BTreeMap<&str, Shape> {
+    if system.stand_ins.is_empty() {
+        return BTreeMap::new();
+    }
+    let ends = Ends::of(&system.spec);
+    let components = system.spec.components.iter();
+    components
+        .filter(|component| system.stand_ins.contains(&component.instance))
+        .map(|component| (component.instance.as_str(), Shape::of(component, &ends)))
+        .collect()
+}
+
+/// Names the stand-ins, and what connectors say that they are not.
+fn tell(system: &StoredSystem, shapes: &BTreeMap<&str, Shape>) -> Vec<String> {
+    let all = &system.spec.components;
+    let named: Vec<&str> = shapes.keys().take(NAMED).copied().collect();
+    let more = match shapes.len() - named.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let mut notes = vec![format!(
+        "{} of {} components are stand-ins: {}{more}",
+        shapes.len(),
+        all.len(),
+        named.join(", ")
+    )];
+    let ends = Ends::of(&system.spec);
+    let stand_ins = all
+        .iter()
+        .filter(|c| system.stand_ins.contains(&c.instance));
+    notes.extend(stand_ins.flat_map(|c| ends.disagreements(c)).take(NAMED));
+    notes
+}
+
 fn place_component(
     system: &StoredSystem,
     component: &ComponentSpec,
     manager: String,
+    shapes: &BTreeMap<&str, Shape>,
 ) -> PlacedComponent {
-    let module_digest = system.module_digests.get(&component.type_name).cloned();
+    let stand_in = shapes.get(component.instance.as_str()).cloned();
+    // A stand-in needs no module.
+    let pinned = system.module_digests.get(&component.type_name);
+    let module_digest = pinned.filter(|_| stand_in.is_none()).cloned();
     let recreate_hash = recreate_hash(
         &component.type_name,
         module_digest.as_deref(),
         &manager,
         component.execution_context.kind,
+        stand_in.as_ref(),
     );
     PlacedComponent {
         spec: component.clone(),
         manager,
         module_digest,
+        stand_in,
         recreate_hash,
     }
 }
@@ -269,17 +321,25 @@ fn place_connector(
     parts: &mut BTreeMap<&str, NodeSystem>,
     connector: &ConnectorSpec,
     place_of: impl Fn(&PortRef) -> Option<EndPlace>,
+    shapes: &BTreeMap<&str, Shape>,
 ) {
     let (Some(source), Some(target)) = (place_of(&connector.source), place_of(&connector.target))
     else {
         return;
     };
+    let undetermined = [&connector.source, &connector.target]
+        .into_iter()
+        .find_map(|end| {
+            let why = shapes.get(end.instance.as_str())?.undetermined(&end.port)?;
+            Some(format!("port {end} of a stand-in is undetermined: {why}"))
+        });
     for node in BTreeSet::from([source.node.as_str(), target.node.as_str()]) {
         if let Some(part) = parts.get_mut(node) {
             part.connectors.push(PlacedConnector {
                 spec: connector.clone(),
                 source: source.clone(),
                 target: target.clone(),
+                undetermined: undetermined.clone(),
             });
         }
     }
@@ -310,9 +370,13 @@ pub fn recreate_hash(
     module_digest: Option<&str>,
     manager: &str,
     kind: ExecutionKind,
+    stand_in: Option<&Shape>,
 ) -> String {
-    let text = serde_json::json!([type_name, module_digest, manager, kind]).to_string();
-    hex(Sha256::digest(text))[..16].to_owned()
+    let text = match stand_in {
+        None => serde_json::json!([type_name, module_digest, manager, kind]),
+        Some(shape) => serde_json::json!([type_name, module_digest, manager, kind, shape]),
+    };
+    hex(Sha256::digest(text.to_string()))[..16].to_owned()
 }
 
 /// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.

@@ -179,6 +179,11 @@ fn notes<'a>(
             "service connector {name} of system {system}: is declared, service ports are connected by a later version"
         ));
     }
+    for (system, name, why) in &links.undetermined {
+        notes.push(format!(
+            "connector {name} of system {system}: is declared, and not made: {why}"
+        ));
+    }
     notes.extend(up.notes.iter().cloned());
     notes.extend(by_hand.iter().filter_map(Found::note));
     for dropped in &numbered.dropped {

@@ -270,11 +270,12 @@ impl<'a> Taker<'_, '_, 'a> {
         let stays = self.facts.in_seat(seat).iter().any(|live| {
             (self.decisions.fates[*live] == Fate::Keep || self.down.stuck.contains_key(live))
                 && self.facts.lives[*live].component.type_name == type_name
+                && !self.facts.lives[*live].component.stand_in
         });
         let wanted = self.facts.wanted_seats.get(seat).into_iter().flatten();
         stays
             || wanted
-                .map(|id| &self.facts.wants[id].placed.spec.type_name)
-                .any(|wanted| wanted == type_name)
+                .map(|id| self.facts.wants[id].placed)
+                .any(|wanted| wanted.stand_in.is_none() && wanted.spec.type_name == type_name)
     }
 }

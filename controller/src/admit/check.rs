@@ -1,12 +1,12 @@
 //! Checks of a spec that need nothing else: those of `rts_schemas`, and the limits of what is stored.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::ProblemError;
 use rts_plan::{check_orders, cycle_pointer};
 use rts_schemas::diagnostic::Finding;
 use rts_schemas::suggest;
-use rts_schemas::system::{ComponentSpec, ExecutionKind, PortRef, SystemSpec};
+use rts_schemas::system::{ComponentSpec, ExecutionKind, PortRef, StandIn, SystemSpec};
 
 /// Most components of a system.
 const MAX_COMPONENTS: usize = 10_000;
@@ -129,7 +129,9 @@ fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
 
 fn components(faults: &mut Faults, spec: &SystemSpec) {
     for (index, component) in spec.components.iter().enumerate() {
-        execution_kind(faults, component, index);
+        if component.stand_in.policy() == StandIn::Never {
+            execution_kind(faults, component, index);
+        }
         let at = format!("/spec/components/{index}/configuration");
         for (set, values) in &component.configuration.sets {
             let fits = |(key, value): (&String, &String)| {
@@ -141,6 +143,18 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
             }
         }
     }
+}
+
+/// The same for what might have had a stand-in, which runs with any kind, and has none.
+pub fn real_ones(spec: &SystemSpec, stand_ins: &BTreeSet<String>) -> Vec<ProblemError> {
+    let mut faults = Faults::default();
+    for (index, component) in spec.components.iter().enumerate() {
+        let asked = component.stand_in.policy() != StandIn::Never;
+        if asked && !stand_ins.contains(&component.instance) {
+            execution_kind(&mut faults, component, index);
+        }
+    }
+    faults.list
 }
 
 /// A manager would refuse it only once everything else has been taken down for it.

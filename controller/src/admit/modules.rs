@@ -8,7 +8,7 @@ use futures_util::future::join_all;
 use rts_agent_api::messages::{ModuleDescription, ModuleResolution};
 use rts_controller_api::{Problem, ProblemError};
 use rts_plan::observed::{NodeObserved, Observed};
-use rts_schemas::system::SystemSpec;
+use rts_schemas::system::{StandIn, SystemSpec};
 
 use super::check;
 use super::placed::Types;
@@ -30,6 +30,10 @@ const SEARCHED: usize = 12;
 pub struct Found {
     /// Type name → SHA-256.
     pub digests: BTreeMap<String, String>,
+    /// Instances whose place a stand-in takes.
+    pub stand_ins: BTreeSet<String>,
+    /// Optional components on nodes that could not be asked: what was decided of them before stays.
+    undecided: BTreeSet<String>,
     /// Types of optional components that were not found, or not asked for, on some node.
     pub unseen: BTreeSet<String>,
     /// Node → type name → what the module says of itself, when it can be opened.
@@ -117,13 +121,29 @@ impl Found {
         digests
     }
 
+    /// The stand-ins to store.
+    pub fn stand_ins(&self, stored: Option<&SystemRecord>) -> BTreeSet<String> {
+        let before = stored.into_iter().flat_map(|stored| &stored.stand_ins);
+        let kept = before.filter(|instance| self.undecided.contains(*instance));
+        kept.chain(&self.stand_ins).cloned().collect()
+    }
+
     /// Takes in what a node has.
     fn take(&mut self, spec: &SystemSpec, node: &str, types: &OfNode, answer: &[ModuleResolution]) {
         for (wanted, components) in types {
             let resolution = answer.iter().find(|r| r.type_name == *wanted);
-            let Some(module) = resolution.and_then(|r| r.module.as_ref()) else {
+            let module = resolution.and_then(|r| r.module.as_ref());
+            let (stand_ins, real): (Vec<_>, Vec<_>) = components
+                .iter()
+                .partition(|(instance, _)| stands_in(spec, instance, module.is_some()));
+            let names = stand_ins.into_iter().map(|(instance, _)| instance.clone());
+            self.stand_ins.extend(names);
+            if real.is_empty() {
+                continue;
+            }
+            let Some(module) = module else {
                 let files = searched(resolution);
-                for (instance, required) in components {
+                for (instance, required) in real {
                     self.misses(spec, node, wanted, (instance, *required), &files);
                 }
                 continue;
@@ -177,6 +197,8 @@ impl Found {
         }
         let names: Vec<&str> = components().map(|(name, _)| name.as_str()).collect();
         self.unseen.extend(types.keys().cloned());
+        self.undecided
+            .extend(components().map(|(name, _)| name.clone()));
         self.notes.push(format!(
             "node {node} is not ready, and only optional components need it ({}): they wait for it, the rest runs",
             names.join(", ")
@@ -186,14 +208,25 @@ impl Found {
     }
 }
 
-/// Types of a system's components that are there.
+/// Whether a stand-in takes the place of a component whose module is there, or not.
+fn stands_in(spec: &SystemSpec, instance: &str, is_there: bool) -> bool {
+    let mut components = spec.components.iter();
+    let component = components.find(|component| component.instance == instance);
+    match component.map(|component| component.stand_in.policy()) {
+        Some(StandIn::Always) => true,
+        Some(StandIn::Missing) => !is_there,
+        Some(StandIn::Never) | None => false,
+    }
+}
+
+/// Types of a system's components that are there with their own code.
 fn running<'a>(observed: &'a Observed, uid: &str) -> BTreeSet<&'a str> {
     let known = observed.nodes.values().filter_map(|node| match node {
         NodeObserved::Known(inventory) => Some(&inventory.managers),
         NodeObserved::Unknown { .. } => None,
     });
     let all = known.flatten().flat_map(|manager| &manager.components);
-    all.filter(|c| c.system.as_ref().is_some_and(|s| s.uid == uid))
+    all.filter(|c| !c.stand_in && c.system.as_ref().is_some_and(|s| s.uid == uid))
         .map(|c| c.type_name.as_str())
         .collect()
 }

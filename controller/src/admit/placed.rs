@@ -22,6 +22,7 @@ pub fn described<'a>(
     parts
         .filter(|(_, part)| part.system.uid == candidate.uid)
         .flat_map(|(node, part)| part.components.iter().map(move |c| (node, &c.spec)))
+        .filter(|(_, component)| !found.stand_ins.contains(&component.instance))
         .filter_map(|(node, component)| {
             let description = found.described.get(node)?.get(&component.type_name)?;
             Some((component.instance.as_str(), description))

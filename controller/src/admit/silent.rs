@@ -24,7 +24,11 @@ pub fn tell(plan: &mut Plan, old: &SystemRecord, new: &SystemRecord) {
         // Of a system that was taken in from its nodes the id was never known: to learn it changes nothing.
         new.spec.full_id.clear();
     }
-    if new.spec != old.spec || (&old.digests, &old.places) != (&new.digests, &new.places) {
+    let beside = |record: &SystemRecord| {
+        let (digests, places) = (record.digests.clone(), record.places.clone());
+        (digests, places, record.stand_ins.clone())
+    };
+    if new.spec != old.spec || beside(old) != beside(&new) {
         differs(plan, old, &new);
     }
 }
@@ -69,7 +73,7 @@ fn changed(field: &str, old: Option<String>, new: Option<String>) -> FieldChange
     }
 }
 
-/// What is kept of a system beside its spec: module files and places.
+/// What is kept of a system beside its spec: stand-ins, module files and places.
 fn kept(old: &SystemRecord, new: &SystemRecord) -> Vec<FieldChange> {
     let differs = |what: &str, old: &BTreeMap<String, String>, new: &BTreeMap<String, String>| {
         let names: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
@@ -84,7 +88,14 @@ fn kept(old: &SystemRecord, new: &SystemRecord) -> Vec<FieldChange> {
             })
             .collect::<Vec<_>>()
     };
-    let mut fields = differs("modules", &old.digests, &new.digests);
+    let names = |record: &SystemRecord| {
+        let names = record.stand_ins.iter();
+        names
+            .map(|name| (name.clone(), "true".to_owned()))
+            .collect()
+    };
+    let mut fields = differs("standIns", &names(old), &names(new));
+    fields.extend(differs("modules", &old.digests, &new.digests));
     fields.extend(differs("places", &old.places, &new.places));
     if fields.is_empty() && old.spec != new.spec {
         fields.push(changed(

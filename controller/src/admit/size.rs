@@ -135,6 +135,7 @@ mod tests {
                 },
                 spec: spec(bytes),
                 module_digests: [].into(),
+                stand_ins: [].into(),
                 deleting: false,
             };
             rts_plan::place(&[system], &[], "local")

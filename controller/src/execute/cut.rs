@@ -5,24 +5,24 @@ use std::collections::{BTreeMap, BTreeSet};
 use rts_agent_api::messages::Batch;
 use rts_plan::plan::{Plan, Step, StepId};
 
-use super::run::Store;
+use super::run::{Accepted, Store};
 
 /// Steps that an agent carries out at once.
 const PARALLELISM: u32 = 16;
 
-/// Batches by node, in the name of a store (its cluster uid and epoch). A node whose NodeSpec generation is not given gets none.
+/// Batches by node, in the name of a store (its cluster uid and epoch). A node of which is not given what it accepts gets none.
 pub fn cut(
     plan: &Plan,
     plan_id: &str,
     store: Store<'_>,
-    generations: &BTreeMap<String, u64>,
+    accepted: &BTreeMap<String, Accepted>,
     deadline_ms: u64,
 ) -> BTreeMap<String, Batch> {
     let node_of: BTreeMap<StepId, &str> =
         plan.steps.iter().map(|s| (s.id, s.node.as_str())).collect();
     let mut batches = BTreeMap::new();
     for step in &plan.steps {
-        let Some(generation) = generations.get(&step.node) else {
+        let Some(Accepted { generation, seen }) = accepted.get(&step.node) else {
             continue;
         };
         let batch = batches.entry(step.node.clone()).or_insert_with(|| Batch {
@@ -34,6 +34,7 @@ pub fn cut(
             gates: Vec::new(),
             deadline_ms,
             parallelism: PARALLELISM,
+            seen: seen.clone(),
         });
         // Rules are told to people and are most of what a step weighs: an agent never reads them.
         batch.steps.push(Step {
@@ -83,8 +84,15 @@ mod tests {
             steps,
             ..Plan::default()
         };
-        let generations = [("local".to_owned(), 5), ("robot".to_owned(), 6)].into();
-        let batches = cut(&plan, "p", ("c", 1), &generations, 1_000);
+        let accepts = |generation| Accepted {
+            generation,
+            seen: None,
+        };
+        let accepted = [
+            ("local".to_owned(), accepts(5)),
+            ("robot".to_owned(), accepts(6)),
+        ];
+        let batches = cut(&plan, "p", ("c", 1), &accepted.into(), 1_000);
         assert_eq!(batches["local"].gates, [2, 3]);
         assert!(batches["robot"].gates.is_empty());
         assert_eq!(

@@ -6,18 +6,15 @@ use std::time::Duration;
 
 use futures_util::StreamExt;
 use futures_util::future::BoxFuture;
-use futures_util::stream::{self, BoxStream, FuturesUnordered, SelectAll};
-use rts_agent_api::messages::{Batch, BatchEvent, GateReport, StepOutcome};
+use futures_util::stream::{BoxStream, FuturesUnordered, SelectAll};
+use rts_agent_api::messages::{BatchEvent, GateReport, Seen, StepOutcome};
 use rts_plan::plan::{Plan, Step, StepId};
 
 use super::cut::cut;
 use super::deadline::{self, StartTimeouts};
+use super::follow::{ACCEPT, Report, follow};
 use crate::fleet::Agent;
 
-/// Time after its deadline in which the agent must have said so.
-const GRACE: Duration = Duration::from_secs(5);
-/// Time for an agent to accept a batch.
-const ACCEPT: Duration = Duration::from_secs(5);
 /// Tries after which a gate that does not open is told of.
 const GATE_WARNING: u32 = 3;
 /// Pause before a gate report is tried again, at first and at most.
@@ -27,10 +24,19 @@ const GATE_PAUSE: (Duration, Duration) = (Duration::from_millis(100), Duration::
 pub struct Peer {
     /// The agent.
     pub agent: Arc<dyn Agent>,
-    /// The generation that its ledger holds.
-    pub generation: u64,
+    /// What it takes steps for.
+    pub accepted: Accepted,
     /// Ends when the node's session ends.
     pub lost: BoxFuture<'static, ()>,
+}
+
+/// What an agent takes steps for.
+#[derive(Debug, Clone)]
+pub struct Accepted {
+    /// The generation that its ledger holds.
+    pub generation: u64,
+    /// What was seen of it when the steps were planned; `None` when nobody looked.
+    pub seen: Option<Seen>,
 }
 
 /// Cluster uid and epoch of the store in whose name steps are carried out.
@@ -43,13 +49,6 @@ pub struct Progress {
     pub running: Vec<StepId>,
     /// Steps that ended.
     pub ended: BTreeMap<StepId, StepOutcome>,
-}
-
-/// Something that came from one node.
-enum Report {
-    Event(String, BatchEvent),
-    /// The stream ended: regularly, or the reason why not.
-    Over(String, Option<String>),
 }
 
 /// Carries out one plan.
@@ -78,13 +77,13 @@ impl<'a> Executor<'a> {
         absent: &BTreeMap<String, String>,
         starts: &StartTimeouts,
     ) -> Self {
-        let generations = peers
+        let accepted = peers
             .iter()
-            .map(|(n, p)| (n.clone(), p.generation))
+            .map(|(n, p)| (n.clone(), p.accepted.clone()))
             .collect();
         let deadline = deadline::of(plan, starts).as_millis();
         let deadline = u64::try_from(deadline).unwrap_or(u64::MAX);
-        let mut batches = cut(plan, plan_id, store, &generations, deadline);
+        let mut batches = cut(plan, plan_id, store, &accepted, deadline);
         let mut run = Self {
             plan,
             plan_id,
@@ -249,58 +248,4 @@ fn skipped(reason: String) -> StepOutcome {
         because_of: None,
         reason,
     }
-}
-
-/// The reports of one node's batch, with an end in any case: loss of the agent and the deadline included.
-fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> {
-    let Peer { agent, lost, .. } = peer;
-    let name = node.clone();
-    let limit = Duration::from_millis(batch.deadline_ms) + GRACE;
-    let begin = async move {
-        let accepted = tokio::time::timeout(ACCEPT, agent.run_batch(&batch)).await;
-        match accepted {
-            Ok(Ok(events)) => Ok(events),
-            Ok(Err(e)) => Err(format!("the agent of node {node} refused the steps: {e}")),
-            Err(_) => Err(format!(
-                "the agent of node {node} did not accept the steps within {} s",
-                ACCEPT.as_secs()
-            )),
-        }
-    };
-    let reports = stream::once(begin).flat_map(|events| match events {
-        Ok(events) => events
-            .map(|event| event.map_err(|e| format!("the results of its steps stopped: {e}")))
-            .boxed(),
-        Err(reason) => stream::iter([Err(reason)]).boxed(),
-    });
-    // Whatever ends it first says why; an `End` is the regular one.
-    let cut_off = stream::once(async move {
-        tokio::select! {
-            biased;
-            () = lost => Err("its agent was lost".to_owned()),
-            () = tokio::time::sleep(limit) => {
-                Err(format!("its batch did not end within {} s", limit.as_secs()))
-            }
-        }
-    });
-    let reports = reports.chain(stream::iter([Err(
-        "its agent closed the stream early".to_owned()
-    )]));
-    let merged = stream::select(reports.boxed(), cut_off.boxed()).map(move |event| match event {
-        Ok(BatchEvent::End) => Report::Over(name.clone(), None),
-        Ok(event) => Report::Event(name.clone(), event),
-        Err(reason) => Report::Over(name.clone(), Some(reason)),
-    });
-    until_over(merged.boxed())
-}
-
-/// Ends a stream with its first [`Report::Over`].
-fn until_over(reports: BoxStream<'static, Report>) -> BoxStream<'static, Report> {
-    stream::unfold(Some(reports), |reports| async move {
-        let mut reports = reports?;
-        let report = reports.next().await?;
-        let over = matches!(report, Report::Over(..));
-        Some((report, (!over).then_some(reports)))
-    })
-    .boxed()
 }

@@ -72,18 +72,30 @@ pub fn add(stored: &Records, spec: &NodeSpec, now: Timestamp) -> Result<Import, 
     Ok(import)
 }
 
-/// Makes the records say of a node what its ledger says: it is newer than they are. `placed` is how they are placed.
-pub fn replace(stored: &Records, placed: &Placed, spec: &NodeSpec, now: Timestamp) -> Import {
+/// Makes the records say of a node what its ledger says: it is newer than they are, but for those that users have `said`
+/// since. `placed` is how they are placed.
+pub fn replace(
+    stored: &Records,
+    placed: &Placed,
+    spec: &NodeSpec,
+    said: &BTreeSet<String>,
+    now: Timestamp,
+) -> Import {
     let mut import = Import {
         records: stored.clone(),
         ..Import::default()
     };
     let old = placed.desired.nodes.get(&spec.node);
-    for part in old.into_iter().flat_map(|old| &old.systems) {
+    let unsaid = |part: &&NodeSystem| !said.contains(&part.system.name);
+    let old = old.into_iter().flat_map(|old| &old.systems);
+    for part in old.filter(unsaid) {
         let new = spec.systems.iter().find(|new| new.system == part.system);
         leave(&mut import, part, new);
     }
-    for part in &spec.systems {
+    for part in spec.systems.iter().filter(|part| !unsaid(part)) {
+        surpass(&mut import, &spec.node, part);
+    }
+    for part in spec.systems.iter().filter(unsaid) {
         let other = |record: &&SystemRecord| record.uid != part.system.uid;
         let name = &part.system.name;
         if import.records.get(name).filter(other).is_some() {
@@ -93,6 +105,26 @@ pub fn replace(stored: &Records, placed: &Placed, spec: &NodeSpec, now: Timestam
         take(&mut import, &spec.node, part, now);
     }
     import
+}
+
+/// What a user has said is newer than a ledger's part, whatever their numbers.
+fn surpass(import: &mut Import, node: &str, part: &NodeSystem) {
+    let name = &part.system.name;
+    import.older.insert(name.clone());
+    let own = import.records.get_mut(name);
+    let Some(record) = own.filter(|record| record.uid == part.system.uid) else {
+        return;
+    };
+    record.nodes.insert(node.to_owned());
+    record.generation = record.generation.max(part.generation.saturating_add(1));
+    // What was moved away since may still run there.
+    for placed in &part.components {
+        let instance = &placed.spec.instance;
+        if record.places.get(instance).is_some_and(|at| at != node) {
+            let left = record.left.entry(instance.clone()).or_default();
+            left.insert(node.to_owned());
+        }
+    }
 }
 
 /// Takes out of a record what it has on a node and the node's newer part has not.
@@ -157,6 +189,11 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
             Some(old) => *old = component,
             None => all.push(component),
         }
+        if placed.stand_in.is_some() {
+            record.stand_ins.insert(placed.spec.instance.clone());
+            continue;
+        }
+        record.stand_ins.remove(&placed.spec.instance);
         let type_name = placed.spec.type_name.clone();
         match &placed.module_digest {
             Some(digest) => drop(record.digests.insert(type_name, digest.clone())),
@@ -242,6 +279,7 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
             orders: Orders::default(),
         },
         digests: BTreeMap::new(),
+        stand_ins: BTreeSet::new(),
         nodes: BTreeSet::new(),
         created: now,
         deleted: None,

@@ -148,7 +148,10 @@ async fn adopt(
     }
     let _admission = core.admission.lock().await;
     let stored = core.registry().systems.clone();
-    let import = import::replace(&stored, &core.place(None), &envelope.spec, core.clock.now());
+    let restored = core.registry().restored.clone();
+    let said = restored.map_or_else(BTreeSet::new, |restored| restored.said);
+    let (placed, now) = (core.place(None), core.clock.now());
+    let import = import::replace(&stored, &placed, &envelope.spec, &said, now);
     let placed = core.place_all(&import.records);
     let disturbed = import::disturbed(&import, &placed, &envelope.spec);
     if !disturbed.is_empty() {
@@ -231,6 +234,7 @@ pub async fn commit(
 
 /// A node's ledger was written in this store's name: nothing of before its restore is left there.
 pub async fn settled(core: &Core, node: &str) {
+    let _admission = core.admission.lock().await;
     let restored = core.registry().restored.clone();
     let open = restored.filter(|restored| !restored.settled.contains(node));
     let Some(mut restored) = open else { return };

@@ -73,6 +73,9 @@ fn component(scene: &Scene<'_>, node: &str, instance: &str, both: &Both<'_>) -> 
     };
     node.clone_into(&mut status.node);
     if let Some((_, placed)) = both.desired {
+        if both.observed.is_none() {
+            status.stand_in = placed.stand_in.is_some();
+        }
         if status.manager.is_empty() {
             status.manager.clone_from(&placed.manager);
         }
@@ -103,6 +106,7 @@ fn as_observed(
         manager: manager.key.name.clone(),
         pid: Some(manager.pid),
         restarts: found.restarts,
+        stand_in: found.stand_in,
         incarnation: found.incarnation.clone(),
         message: found.message.clone(),
         configuration: found.configuration.clone(),

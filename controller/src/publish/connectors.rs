@@ -93,7 +93,12 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
         let service = both
             .desired
             .is_some_and(|(_, placed)| placed.spec.kind == PortKind::Service);
+        let undetermined = both
+            .desired
+            .and_then(|(_, placed)| placed.undetermined.as_ref());
+        status.undetermined = undetermined.is_some();
         status.waiting_on = match (&both.observed, reason) {
+            _ if undetermined.is_some() => undetermined.map(|why| format!("is not made: {why}")),
             _ if service => Some("service ports are connected by a later version".to_owned()),
             (None, None) => {
                 Some("not connected yet: its steps have not been carried out".to_owned())
@@ -148,6 +153,7 @@ fn as_observed(
         bytes: found.bytes,
         drops: found.drops + lost.min(left),
         waiting_on: None,
+        undetermined: false,
         drift: false,
         drift_fields: Vec::new(),
     }

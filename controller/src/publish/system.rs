@@ -148,9 +148,13 @@ impl Facts {
             let active = found.is_some_and(|c| c.state == LifeCycleState::Active);
             !active && optional.contains(end.instance.as_str())
         };
+        let declared = undetermined(scene, record);
         // Service connectors are declared only: this version does not connect them.
         let counts = |spec: &&ConnectorSpec| {
-            spec.kind == PortKind::Data && !idle(&spec.source) && !idle(&spec.target)
+            spec.kind == PortKind::Data
+                && !declared.contains(spec.name.as_str())
+                && !idle(&spec.source)
+                && !idle(&spec.target)
         };
         for spec in record.spec.connectors.iter().filter(counts) {
             let state = match connectors.get(spec.name.as_str()) {
@@ -203,8 +207,21 @@ impl Facts {
             tombstones: tombstones(scene, record),
             components: count(record.spec.components.len()),
             active: count(self.active),
+            stand_ins: count(record.stand_ins.len()),
         }
     }
+}
+
+/// Connectors of a system at ports of stand-ins that nothing can be connected to.
+fn undetermined<'a>(scene: &Scene<'a>, record: &SystemRecord) -> BTreeSet<&'a str> {
+    let nodes = scene.world.placed.desired.nodes.values();
+    let parts = nodes.flat_map(|node| &node.systems);
+    parts
+        .filter(|part| part.system.uid == record.uid)
+        .flat_map(|part| &part.connectors)
+        .filter(|connector| connector.undetermined.is_some())
+        .map(|connector| connector.spec.name.as_str())
+        .collect()
 }
 
 type Components<'a> = BTreeMap<&'a str, &'a ComponentObserved>;

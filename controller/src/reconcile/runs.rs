@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
-use rts_agent_api::messages::StepOutcome;
+use rts_agent_api::messages::{Seen, StepOutcome};
 use rts_plan::plan::Plan;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -17,7 +17,7 @@ use super::side::{Unfinished, beside};
 use super::slots::{Left, Slots, system_of};
 use super::{SLOW_TICK, Stamp};
 use crate::core::{Core, RunState};
-use crate::execute::{Executor, Peer, StartTimeouts};
+use crate::execute::{Accepted, Executor, Peer, StartTimeouts};
 
 /// Most runs at once: an agent takes at most eight batches.
 const MOST: usize = 7;
@@ -27,6 +27,9 @@ const PROGRESS: Duration = Duration::from_millis(50);
 const AT_ONCE: Duration = Duration::from_millis(250);
 /// Runs that come to nothing after which a system waits before it is tried once more.
 const FRUITLESS: u32 = 3;
+
+/// Node → revision of the inventory that was seen of it.
+pub type Revisions = BTreeMap<String, u64>;
 
 /// The runs, by system uid; the empty one is for what belongs to no system.
 pub struct Runs {
@@ -174,6 +177,7 @@ impl Runs {
         busy: &BTreeSet<String>,
         long: &BTreeMap<String, Vec<Unfinished>>,
         specs: &NodeSpecs,
+        seen: &Revisions,
     ) {
         let resting = self.resting();
         let plans = by_system(plan);
@@ -194,8 +198,10 @@ impl Runs {
             };
             let Some(plan) = plan else { continue };
             let absent = self.core.world().faults.clone();
-            let peers = self.peers(&plan, specs);
-            let generations = peers.iter().map(|(n, peer)| (n.clone(), peer.generation));
+            let peers = self.peers(&plan, specs, seen);
+            let generations = peers
+                .iter()
+                .map(|(n, peer)| (n.clone(), peer.accepted.generation));
             let run = Run {
                 core: Arc::clone(&self.core),
                 key: key.clone(),
@@ -216,7 +222,7 @@ impl Runs {
     }
 
     /// Nodes of a plan whose agent has stored the newest NodeSpec.
-    fn peers(&self, plan: &Plan, specs: &NodeSpecs) -> BTreeMap<String, Peer> {
+    fn peers(&self, plan: &Plan, specs: &NodeSpecs, seen: &Revisions) -> BTreeMap<String, Peer> {
         let nodes: BTreeSet<&String> = plan.steps.iter().map(|step| &step.node).collect();
         let sessions = self.core.sessions.all().into_iter();
         let ready = sessions.filter(|(node, entry)| !entry.lost && nodes.contains(node));
@@ -225,9 +231,13 @@ impl Runs {
                 let generation = specs.acked(&node, &entry.session.id)?;
                 let core = Arc::clone(&self.core);
                 let (name, session) = (node.clone(), entry.session.id.clone());
+                let seen = seen.get(&node).map(|revision| Seen {
+                    session: session.clone(),
+                    revision: *revision,
+                });
                 let peer = Peer {
                     agent: entry.session.agent,
-                    generation,
+                    accepted: Accepted { generation, seen },
                     lost: Box::pin(async move { core.sessions.ended(&name, &session).await }),
                 };
                 Some((node, peer))

@@ -21,6 +21,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
             orders: Orders::default(),
         },
         digests: [("A".to_owned(), "d".to_owned())].into(),
+        stand_ins: ["A0".to_owned()].into(),
         nodes: ["local".to_owned()].into(),
         created: Timestamp::UNIX_EPOCH,
         deleted: None,
@@ -87,6 +88,7 @@ async fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
 /// What one store held comes back out of a backup of it, in a new store.
 async fn comes_back<S: Store>(from: &S, mut to: impl FnMut(Option<S>) -> S) {
     let restored = Restored {
+        said: ["hello".to_owned()].into(),
         at: Timestamp::UNIX_EPOCH,
         take_over: true,
         settled: ["local".to_owned()].into(),

@@ -23,6 +23,9 @@ pub struct SystemRecord {
     /// SHA-256 of each type's module file when it was applied, by type name.
     #[serde(default)]
     pub digests: BTreeMap<String, String>,
+    /// Instances whose place a stand-in takes, as it was decided when this spec was admitted, or taken in.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub stand_ins: BTreeSet<String>,
     /// Nodes that it ever ran on; a teardown needs the word of each.
     #[serde(default)]
     pub nodes: BTreeSet<String>,
@@ -90,6 +93,9 @@ pub struct Restored {
     /// Nodes whose ledgers have been compared since.
     #[serde(default)]
     pub settled: BTreeSet<String>,
+    /// Systems that users have applied or torn down since: no ledger of before knows better.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub said: BTreeSet<String>,
 }
 
 /// The whole store.
@@ -151,6 +157,7 @@ impl State {
             at,
             take_over,
             settled: BTreeSet::new(),
+            said: BTreeSet::new(),
         });
         let ran = self.systems.values().flat_map(|record| &record.nodes);
         let nodes: BTreeSet<String> = ran.chain(self.nodes.keys()).cloned().collect();

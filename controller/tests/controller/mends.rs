@@ -255,6 +255,18 @@ async fn a_wait_longer_than_the_usual_deadline_is_waited_out() {
     assert!(!skipped);
 }
 
+#[tokio::test(start_paused = true)]
+async fn results_that_were_lost_on_the_way_are_asked_for_again() {
+    let (cluster, agent) = Cluster::hello();
+    agent.state.lock().unwrap().lost_results = 2;
+    cluster.apply(systems::hello()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let done = agent.take_done();
+    let creations = done.iter().filter(|d| d.starts_with("Create")).count();
+    assert_eq!(creations, 3, "nothing was done twice: {done:?}");
+    assert_eq!(agent.state.lock().unwrap().batches.len(), 1);
+}
+
 /// Printer0 died and its policy is never.
 async fn held() -> (Cluster, std::sync::Arc<crate::fleet::FakeAgent>) {
     let (cluster, agent) = Cluster::hello();

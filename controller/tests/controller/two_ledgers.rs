@@ -104,6 +104,43 @@ async fn the_newer_of_two_ledgers_wins_when_it_is_taken_in_last() {
     the_newer_ledger_wins("robot", "local").await;
 }
 
+/// All of it is moved to the local node after a restore, by a user who does not wait for the robot.
+async fn what_was_applied_since_holds(backed_up: bool) {
+    let (cluster, local, robot) = two_nodes().await;
+    let nothing = cluster.stored();
+    let mut there = on_two_nodes();
+    for component in &mut there.components {
+        component.placement.node = Some("robot".into());
+    }
+    cluster.apply(there.clone()).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let backup = if backed_up { cluster.stored() } else { nothing };
+    there.components[0].execution_context.rate = Some(25.0);
+    cluster.apply(there).await;
+    cluster.until_phase("hello", Phase::Converged).await;
+    let fleet = cluster.fleet.clone();
+    drop(cluster);
+    let mut cluster = Cluster::start(fleet, restored(backup, 2, false));
+    cluster.join("local", "next");
+    tokio::time::sleep(Duration::from_secs(8)).await;
+    let mut here = on_two_nodes();
+    here.components[2].placement.node = None;
+    cluster.apply(here.clone()).await;
+    tokio::time::sleep(Duration::from_secs(8)).await;
+    cluster.join("robot", "next");
+    cluster.until_phase("hello", Phase::Converged).await;
+    until(|| robot.incarnations().is_empty()).await;
+    assert!(local.incarnations().contains_key("Printer0"));
+    assert_eq!(cluster.stored().systems["hello"].spec, here);
+    assert!(cluster.stored().systems["hello"].generation > u64::from(backed_up));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_applied_after_a_restore_holds_against_a_ledger_of_before() {
+    what_was_applied_since_holds(true).await;
+    what_was_applied_since_holds(false).await;
+}
+
 #[tokio::test(start_paused = true)]
 async fn an_agent_that_does_not_tell_its_ledger_holds_up_only_its_node() {
     let (cluster, local, robot) = two_nodes().await;

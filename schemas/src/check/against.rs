@@ -1,10 +1,12 @@
 //! An RTS Profile against the RTC Profiles of its components: what one says must be what the other has.
 
-mod component;
+pub(super) mod component;
 mod connector;
 mod interfaces;
 
 use std::collections::{BTreeSet, HashMap};
+
+pub(crate) use connector::direction;
 
 use super::library::{Found, Library};
 use super::sink::Sink;
@@ -110,7 +112,7 @@ fn severity(found: Found<'_>) -> Severity {
 }
 
 /// Which file says so.
-fn said_by(found: Found<'_>) -> String {
+pub(super) fn said_by(found: Found<'_>) -> String {
     let name = found.profile.source.name();
     let id = found.profile.profile.id.as_ref().map_or("", Text::trimmed);
     match found.exact || id.is_empty() {

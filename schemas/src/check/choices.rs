@@ -3,7 +3,7 @@
 use super::Check;
 use super::connector::End;
 use crate::rts_profile::CHOICES;
-use crate::rts_profile::model::{Connector, property_value};
+use crate::rts_profile::model::{Connector, Port, property_value};
 use crate::span::{Span, Text};
 use crate::system::PortKind;
 
@@ -34,6 +34,11 @@ pub(super) fn choices(check: &mut Check<'_>, connector: &Connector, ends: [End<'
     compare(connector, &offers, |code, message, span, help| {
         check.warning(code, message, span, help);
     });
+}
+
+/// True when a port names a value among those that it offers of a choice.
+pub(super) fn offers(port: &Port, choice: &str, value: &str) -> bool {
+    property_value(&port.properties, choice).is_some_and(|list| has(&list.value, value))
 }
 
 /// Compares a connector's choices with what its ends offer.

@@ -1,12 +1,15 @@
 //! Connectors: both ends exist, fit each other, and are not said twice.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::component::foreign_prefix;
+use super::sink::said;
 use super::{Check, choices, service};
 use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
-use crate::rts_profile::{NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type};
+use crate::rts_profile::{
+    CHOICES, NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type,
+};
 use crate::span::Span;
 use crate::suggest;
 use crate::system::{Direction, PortKind};
@@ -14,6 +17,7 @@ use crate::system::{Direction, PortKind};
 pub(super) fn connectors(check: &mut Check<'_>) {
     let read = check.read;
     let mut pairs = HashSet::new();
+    repeated_ids(check);
     for connector in &read.profile.connectors {
         let name = connector.name.as_ref().map_or("", |name| name.trimmed());
         let owner = if name.is_empty() {
@@ -28,7 +32,7 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             let help = "a connector's name has no `/` and no control character";
             check.error("bad-name", message, own.span, help);
         }
-        known_choices(check, connector, &owner);
+        push_interval(check, connector, &owner);
         let source = end(
             check,
             connector,
@@ -43,8 +47,13 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             "target",
             &owner,
         );
+        known_choices(check, connector, &owner, [source, target]);
         service::bindings(check, connector, &owner);
         if let (Some(source), Some(target)) = (source, target) {
+            if source.path() == target.path() {
+                to_itself(check, connector, &owner, target);
+                continue;
+            }
             choices::choices(check, connector, [source, target]);
             directions(check, connector, source, target);
             data_types(check, connector, source, target);
@@ -71,31 +80,59 @@ pub(super) fn connectors(check: &mut Check<'_>) {
 }
 
 /// Values that are known of a connector's choices, in any case. More than one at a time is what a port offers.
-const KNOWN: [(&str, &str, &[&str]); 2] = [
+const KNOWN: [(&str, &str, &[&str]); 3] = [
+    (
+        "interfaceType",
+        CHOICES[0],
+        &[
+            "corba_cdr",
+            "corba_any",
+            "direct",
+            "shared_memory",
+            "data_service",
+            "csp_channel",
+            "tcp_any",
+            "ros",
+            "ros2",
+            "opensplice",
+            "fast-rtps",
+        ],
+    ),
+    ("dataflowType", CHOICES[1], &["push", "pull", "duplex"]),
     (
         "subscriptionType",
-        "dataport.subscription_type",
+        CHOICES[2],
         &["flush", "new", "periodic", "block", "nonblock"],
-    ),
-    (
-        "dataflowType",
-        "dataport.dataflow_type",
-        &["push", "pull", "duplex"],
     ),
 ];
 
-/// Says where a choice is none of those that are known: it is passed on, and means something to nobody here.
-fn known_choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
+/// Says where a choice is none of those that are known, nor one that a port of the connector offers: it is passed on, and
+/// means something to nobody here.
+fn known_choices(
+    check: &mut Check<'_>,
+    connector: &Connector,
+    owner: &str,
+    ends: [Option<End<'_>>; 2],
+) {
     if connector.kind != PortKind::Data {
         return;
     }
-    let attributes = [&connector.subscription_type, &connector.dataflow_type];
+    let attributes = [
+        &connector.interface_type,
+        &connector.dataflow_type,
+        &connector.subscription_type,
+    ];
     for ((key, name, known), attribute) in KNOWN.into_iter().zip(attributes) {
         let property = property_value(&connector.properties, name).map(|text| (name, text));
         let attribute = attribute.as_ref().map(|text| (key, text));
+        let offered = |value: &str| {
+            let mut ends = ends.iter().flatten();
+            ends.any(|end| choices::offers(end.port, name, value))
+        };
         for (what, text) in attribute.into_iter().chain(property) {
             let value = text.trimmed();
-            if value.is_empty() || known.iter().any(|k| k.eq_ignore_ascii_case(value)) {
+            let is_known = known.iter().any(|k| k.eq_ignore_ascii_case(value));
+            if value.is_empty() || is_known || offered(value) {
                 continue;
             }
             let message = format!(
@@ -104,6 +141,53 @@ fn known_choices(check: &mut Check<'_>, connector: &Connector, owner: &str) {
             let help = suggest::advice(value, "known", known);
             check.warning("unknown-value", message, text.span, help);
         }
+    }
+}
+
+/// The interval of a periodic connector is a number of seconds.
+fn push_interval(check: &mut Check<'_>, connector: &Connector, owner: &str) {
+    let Some(interval) = said(&connector.push_interval) else {
+        return;
+    };
+    let number = interval.trimmed().parse::<f64>();
+    if !number.is_ok_and(|seconds| seconds >= 0.0 && seconds.is_finite()) {
+        let message = format!(
+            "the push interval `{}` of {owner} is no number of seconds; it is passed over",
+            interval.trimmed()
+        );
+        let help = "write a number such as `0.1`";
+        check.warning("bad-number", message, interval.span, help);
+    }
+}
+
+/// A port that is both ends: data can never get anywhere, and a service port would call itself.
+fn to_itself(check: &mut Check<'_>, connector: &Connector, owner: &str, end: End<'_>) {
+    let message = format!("{owner} joins `{}` with itself", end.path());
+    let help = "name the port of another component as one of its ends, or remove the connector";
+    match connector.kind {
+        PortKind::Data => check.error("self-connector", message, end.span, help),
+        PortKind::Service => check.warning("self-connector", message, end.span, help),
+    }
+}
+
+/// Ids of connectors that stand twice. Several targets in one element make connectors of one id.
+fn repeated_ids(check: &mut Check<'_>) {
+    let read = check.read;
+    let mut first: HashMap<&str, Span> = HashMap::new();
+    for connector in &read.profile.connectors {
+        let Some(id) = said(&connector.connector_id) else {
+            continue;
+        };
+        let before = *first.entry(id.trimmed()).or_insert(connector.span);
+        if before == connector.span {
+            continue;
+        }
+        let line = read.place(before).map_or(0, |place| place.line);
+        let message = format!("two connectors have the id `{}`", id.trimmed());
+        let help = format!(
+            "the other one is in line {line}; give each its own, since editors tell them apart by it"
+        );
+        check.warning("duplicate-connector-id", message, id.span, help);
     }
 }
 

@@ -6,7 +6,7 @@ use super::Check;
 use super::constraint::{self, Rule};
 use super::sink::Sink;
 use super::value::fits_type;
-use crate::diagnostic::Severity;
+use crate::diagnostic::Finding;
 use crate::rts_profile::is_pseudo_set;
 use crate::rts_profile::model::{Component, Property};
 use crate::span::Text;
@@ -23,7 +23,7 @@ struct Known<'a> {
 }
 
 /// The pseudo sets that are read.
-const SETS: [&str; 3] = ["__constraints__", "__widget__", "__type__"];
+pub(super) const SETS: [&str; 3] = ["__constraints__", "__widget__", "__type__"];
 
 pub(super) fn parameters<'a>(check: &mut Check<'a>, component: &'a Component) {
     let mut known: HashMap<&str, Known<'a>> = HashMap::new();
@@ -58,8 +58,8 @@ pub(super) fn parameters<'a>(check: &mut Check<'a>, component: &'a Component) {
     strangers(check, component, &order, &names);
 }
 
-/// The entries of a pseudo set; of a component without the set its `conf.…` properties, which say the same.
-fn entries<'a>(component: &'a Component, kind: &str) -> Vec<(&'a Text, &'a Text)> {
+/// The entries of a pseudo set.
+pub(super) fn entries<'a>(component: &'a Component, kind: &str) -> Vec<(&'a Text, &'a Text)> {
     fn pair(property: &Property) -> Option<(&Text, &Text)> {
         Some((property.name.as_ref()?, property.value.as_ref()?))
     }
@@ -163,56 +163,35 @@ fn values<'a>(
         let Some(known) = known.get(name.trimmed()) else {
             continue;
         };
-        if let Some(data_type) = known.data_type
-            && !of_type(
-                &mut check.sink,
-                Severity::Warning,
-                name.trimmed(),
-                value,
-                &data_type.value,
-            )
-        {
-            continue;
-        }
-        if let Some(rule) = &known.rule {
-            inside(&mut check.sink, name.trimmed(), value, rule);
+        let what = format!("the parameter `{}`", name.trimmed());
+        let data_type = known.data_type.map(|text| text.value.as_str());
+        if let Some(finding) = fault(&what, &value.value, data_type, known.rule.as_ref()) {
+            check.sink.push(finding, value.span);
         }
     }
     names
 }
 
-/// False, and told, when a value is none of its type.
-pub(super) fn of_type(
-    sink: &mut Sink<'_>,
-    severity: Severity,
-    parameter: &str,
-    value: &Text,
-    data_type: &str,
-) -> bool {
-    if fits_type(data_type, &value.value) != Some(false) {
-        return true;
+/// What is wrong with the value of `what` (the parameter `gain`): it is none of its type, or outside its constraint.
+pub(super) fn fault(
+    what: &str,
+    value: &str,
+    data_type: Option<&str>,
+    rule: Option<&Rule>,
+) -> Option<Finding> {
+    let value_told = value.trim();
+    if let Some(data_type) = data_type
+        && fits_type(data_type, value) == Some(false)
+    {
+        let data_type = data_type.trim();
+        let message = format!("`{value_told}` of {what} is no value of its type `{data_type}`");
+        let help = format!("write a value of the type `{data_type}`");
+        return Some(Finding::warning("bad-parameter-value", message).help(help));
     }
-    let message = format!(
-        "`{}` of the parameter `{parameter}` is no value of its type `{}`",
-        value.trimmed(),
-        data_type.trim()
-    );
-    let help = format!("write a value of the type `{}`", data_type.trim());
-    sink.say(severity, "bad-parameter-value", message, value.span, help);
-    false
-}
-
-/// Tells of a value that its constraint does not allow.
-pub(super) fn inside(sink: &mut Sink<'_>, parameter: &str, value: &Text, rule: &Rule) {
-    if value.trimmed().is_empty() || rule.fits(&value.value) {
-        return;
-    }
-    let message = format!(
-        "`{}` of the parameter `{parameter}` is outside its constraint",
-        value.trimmed()
-    );
+    let rule = rule.filter(|rule| !value_told.is_empty() && !rule.fits(value))?;
+    let message = format!("`{value_told}` of {what} is outside its constraint");
     let help = format!("allowed: {}", rule.text());
-    sink.warning("value-outside-constraint", message, value.span, help);
+    Some(Finding::warning("value-outside-constraint", message).help(help))
 }
 
 /// Names in pseudo sets that no set has as a parameter.

@@ -3,50 +3,114 @@
 use std::collections::HashMap;
 
 use super::sink::Sink;
-use crate::diagnostic::{Report, Severity};
+use super::system::System;
+use crate::diagnostic::{Finding, Place, Report, Severity};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{Connector, property_value};
-use crate::span::{Span, Text};
+use crate::span::Text;
 use crate::suggest;
 use crate::system::{ComponentSpec, SystemSpec};
 
-/// What is wrong with where components run. `hosts`: all names of hosts and nodes, when they are known.
-pub fn placed(read: &ReadProfile, spec: &SystemSpec, hosts: Option<&[&str]>) -> Report {
+/// Most unknown hosts that are told: nobody reads more.
+const LIMIT: usize = 500;
+
+/// What is wrong with where components run. `nodes`: all names of nodes and hosts, when they are known; an overlay may say
+/// which host is which node.
+pub fn placed(system: &System, nodes: Option<&[&str]>) -> Report {
+    let (read, spec) = (&system.read, &system.spec);
     let mut sink = Sink::new(&read.source, Report::default());
-    if let Some(hosts) = hosts {
-        for component in &spec.components {
-            known_host(&mut sink, read, component, hosts);
-        }
-    }
     one_process(&mut sink, read, spec);
-    sink.report
+    let mut report = sink.report;
+    if let Some(nodes) = nodes {
+        report.extend(known_hosts(system, nodes));
+    }
+    report
 }
 
-fn known_host(sink: &mut Sink<'_>, read: &ReadProfile, spec: &ComponentSpec, hosts: &[&str]) {
-    let placement = &spec.placement;
-    let Some(host) = placement.node.as_deref().or(placement.host.as_deref()) else {
-        return;
-    };
-    if hosts.iter().any(|known| known.eq_ignore_ascii_case(host)) || sink.is_full() {
-        return;
+/// Components that belong on a host that nobody knows, by the line that says so.
+#[derive(Default)]
+struct Lost<'a> {
+    host: &'a str,
+    first: &'a str,
+    place: Option<Place>,
+    required: bool,
+    count: usize,
+}
+
+fn known_hosts(system: &System, nodes: &[&str]) -> Report {
+    let mut known: Vec<&str> = nodes.to_vec();
+    for (host, node) in &system.hosts {
+        let has = |name: &str| nodes.iter().any(|known| known.eq_ignore_ascii_case(name));
+        match (has(host), has(node)) {
+            (true, false) => known.push(node),
+            (false, true) => known.push(host),
+            _ => {}
+        }
     }
-    let (severity, word) = match spec.required {
-        true => (Severity::Error, "required component"),
-        false => (Severity::Warning, "component"),
-    };
-    let message = format!(
-        "the {word} `{}` belongs on `{host}`, which is no host or node that is known",
-        spec.instance
-    );
-    let component = read.component(&spec.instance);
-    let span = component.map_or_else(Span::default, |component| {
-        let uri = component.path_uri.as_ref();
-        let says = uri.filter(|uri| uri.value.contains(host));
-        says.or(component.instance_name.as_ref())
-            .map_or(component.span, |text| text.span)
-    });
-    let help = suggest::advice(host, "known", hosts);
-    sink.say(severity, "unknown-host", message, span, help);
+    let mut lost: Vec<Lost<'_>> = Vec::new();
+    let mut seen: HashMap<(&str, Option<Place>), usize> = HashMap::new();
+    for (index, component) in system.spec.components.iter().enumerate() {
+        let placement = &component.placement;
+        let Some(host) = placement.node.as_deref().or(placement.host.as_deref()) else {
+            continue;
+        };
+        if known.iter().any(|known| known.eq_ignore_ascii_case(host)) {
+            continue;
+        }
+        let place = place_of_host(system, index, host);
+        let at = *seen.entry((host, place.clone())).or_insert(lost.len());
+        if at == lost.len() {
+            lost.push(Lost {
+                host,
+                first: &component.instance,
+                place,
+                ..Lost::default()
+            });
+        }
+        lost[at].required |= component.required;
+        lost[at].count += 1;
+    }
+    let findings = lost.into_iter().take(LIMIT);
+    Report {
+        findings: findings.map(|lost| lost.finding(nodes)).collect(),
+    }
+}
+
+/// Where it is said that a component belongs on a host.
+fn place_of_host(system: &System, index: usize, host: &str) -> Option<Place> {
+    let placement = &system.spec.components[index].placement;
+    let read = &system.read;
+    let component = read.component(&system.spec.components[index].instance);
+    let uri = component.and_then(|component| component.path_uri.as_ref());
+    match uri.filter(|uri| placement.node.is_none() && uri.value.contains(host)) {
+        Some(uri) => read.place(uri.span),
+        None => {
+            let pointer = format!("/components/{index}/placement/node");
+            system.places.find(&pointer).cloned()
+        }
+    }
+}
+
+impl Lost<'_> {
+    fn finding(self, nodes: &[&str]) -> Finding {
+        let severity = match self.required {
+            true => Severity::Error,
+            false => Severity::Warning,
+        };
+        let first = self.first;
+        let who = match self.count {
+            1 if self.required => format!("the required component `{first}` belongs"),
+            1 => format!("the component `{first}` belongs"),
+            count => format!("the component `{first}` and {} more belong", count - 1),
+        };
+        let message = format!(
+            "{who} on `{}`, which is no host or node that is known",
+            self.host
+        );
+        Finding::new(severity, "unknown-host", message)
+            .at(self.place)
+            .help(suggest::advice(self.host, "known", nodes))
+    }
 }
 
 /// Of a component: its node and its process there. Nobody knows yet which node a component without one goes to; those

@@ -6,10 +6,13 @@ use crate::diagnostic::{Finding, Report};
 use crate::names;
 use crate::placement;
 use crate::suggest;
-use crate::system::{ComponentSpec, Condition, Orders, SystemSpec, WaitFor, rate_problem};
+use crate::system::{ComponentSpec, Condition, PortKind, SystemSpec, WaitFor, rate_problem};
 
 /// Most findings of one system: nobody reads more, and each costs its time.
 const LIMIT: usize = 500;
+
+/// What a name may be.
+const NAMES: &str = "names have 1 to 128 bytes, no `/` and no control character";
 
 /// A problem and the JSON pointer into the system to what it speaks of.
 pub type Pointed = (String, Finding);
@@ -50,7 +53,7 @@ pub fn spec_by_pointer(spec: &SystemSpec) -> Vec<Pointed> {
     let mut known: Vec<&str> = instances.into_iter().collect();
     known.sort_unstable();
     connectors(spec, &known, &mut report);
-    for (order, conditions) in all(&spec.orders) {
+    for (order, conditions) in spec.orders.by_name() {
         for (index, condition) in conditions.iter().enumerate() {
             let at = format!("/orders/{order}/{index}");
             self::condition(condition, &at, &known, &mut report);
@@ -104,7 +107,8 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
     ] {
         if let Some(fault) = fault {
             let message = format!("the {what} name `{name}` cannot be used: {fault}");
-            report.push(format!("{at}/{what}"), Finding::error("bad-name", message));
+            let finding = Finding::error("bad-name", message).help(NAMES);
+            report.push(format!("{at}/{what}"), finding);
         }
     }
     for (index, port) in component.ports.iter().enumerate() {
@@ -112,7 +116,7 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             let (port, owner) = (&port.name, &component.instance);
             let message = format!("the port name `{port}` of `{owner}` cannot be used: {fault}");
             let pointer = format!("{at}/ports/{index}/name");
-            report.push(pointer, Finding::error("bad-name", message));
+            report.push(pointer, Finding::error("bad-name", message).help(NAMES));
         }
     }
     if let Some(rate) = component.execution_context.rate
@@ -123,7 +127,11 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             component.instance
         );
         let pointer = format!("{at}/executionContext/rate");
-        report.push(pointer, Finding::error("bad-number", message));
+        let finding = Finding::error("bad-number", message);
+        report.push(
+            pointer,
+            finding.help("a rate is in hertz, such as `1000.0`"),
+        );
     }
     if let Some(manager) = &component.placement.manager
         && let Some(problem) = names::manager_name_problem(manager)
@@ -133,7 +141,9 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             component.instance
         );
         let pointer = format!("{at}/placement/manager");
-        report.push(pointer, Finding::error("bad-placement-value", message));
+        let help = "choose another name, such as `main`";
+        let finding = Finding::error("bad-placement-value", message);
+        report.push(pointer, finding.help(help));
     }
     settings(component, at, report);
 }
@@ -166,7 +176,18 @@ fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
         }
         if let Some(fault) = names::connector_name_fault(name) {
             let message = format!("the connector name `{name}` cannot be used: {fault}");
-            report.push(format!("{at}/name"), Finding::error("bad-name", message));
+            let finding = Finding::error("bad-name", message);
+            let help = "a connector's name has no `/` and no control character";
+            report.push(format!("{at}/name"), finding.help(help));
+        }
+        if connector.kind == PortKind::Data && connector.source == connector.target {
+            let message = format!(
+                "connector `{name}` joins `{}` with itself",
+                connector.source
+            );
+            let finding = Finding::error("self-connector", message);
+            let help = "name the port of another component as one of its ends";
+            report.push(format!("{at}/target"), finding.help(help));
         }
         for (key, end) in [("source", &connector.source), ("target", &connector.target)] {
             let owner = format!("connector `{name}`");
@@ -174,7 +195,7 @@ fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
             if let Some(fault) = names::name_fault(&end.port) {
                 let message = format!("a port of connector `{name}` cannot be used: {fault}");
                 let pointer = format!("{at}/{key}/port");
-                report.push(pointer, Finding::error("bad-name", message));
+                report.push(pointer, Finding::error("bad-name", message).help(NAMES));
             }
         }
     }
@@ -189,26 +210,4 @@ fn condition(condition: &Condition, at: &str, known: &[&str], report: &mut Point
             report.exists(name, owner, known, pointer);
         }
     }
-}
-
-/// The orders by their names in JSON.
-fn all(orders: &Orders) -> [(&'static str, &[Condition]); 7] {
-    let Orders {
-        start_up,
-        shut_down,
-        activation,
-        deactivation,
-        resetting,
-        initializing,
-        finalizing,
-    } = orders;
-    [
-        ("startUp", start_up),
-        ("shutDown", shut_down),
-        ("activation", activation),
-        ("deactivation", deactivation),
-        ("resetting", resetting),
-        ("initializing", initializing),
-        ("finalizing", finalizing),
-    ]
 }

@@ -60,6 +60,15 @@ wants another one, or both ports have none in common: OpenRTM refuses to make su
 Choose one that both offer: `flush` sends at once, `new` from a buffer.",
     },
     Code {
+        code: "duplicate-connector-id",
+        title: "two connectors have one id",
+        explain: "\
+`rts:connectorId` is how editors and OpenRTM-aist tell connectors apart. Two with one id come from copying an element by
+hand. This program goes by their ends and makes both; others may show or make only one.
+
+Give each its own id.",
+    },
+    Code {
         code: "missing-end",
         title: "a connector has only one end",
         explain: "\
@@ -100,6 +109,18 @@ not do that.
 Exchange source and target to silence the warning.",
     },
     Code {
+        code: "self-connector",
+        title: "a connector joins a port with itself",
+        explain: "\
+Both ends name the same port of the same component. Data flows from an out-port to an in-port, so no sample would ever
+arrive; a service port would call itself. Mostly one end was meant to be another port.
+
+    <rts:sourceDataPort rts:instanceName=\"Sine0\" rts:portName=\"Sine0.out\" …/>
+    <rts:targetDataPort rts:instanceName=\"Sine0\" rts:portName=\"Sine0.out\" …/>      wrong
+
+Mend one of the ends, or remove the connector. Two ports of one component may be connected.",
+    },
+    Code {
         code: "service-interface-mismatch",
         title: "a required interface has no fitting provided one",
         explain: "\
@@ -126,8 +147,9 @@ Mend the name, or declare the port with `rts:DataPorts` or `rts:ServicePorts`.",
         code: "unknown-value",
         title: "a word is none of those that are known",
         explain: "\
-Some attributes take one of few words: the dataflow and subscription type of a connector, the activity type of a component.
-Another word is passed on as it is, and probably means nothing to who reads it.
+Some attributes take one of few words: the interface, dataflow and subscription type of a connector, the activity type of a
+component, the direction of a location. What a port of the connector offers is known too. Another word is passed on as it
+is, and probably means nothing to who reads it.
 
 Use a word that the help lists.",
     },

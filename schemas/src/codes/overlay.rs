@@ -63,12 +63,12 @@ Mend the name, or remove the lines.",
         code: "not-carried-out",
         title: "the setting is kept, but this version does not act on it yet",
         explain: "\
-Packages, stand-ins and resources can be said, are checked and are stored with the system, but nothing acts on them in
-this version: a module comes from the module folders of its node, no stand-in is started, and a process runs with the
-processors, the scheduling and the memory of its agent.
+Packages and resources can be said, are checked and are stored with the system, but nothing acts on them in this
+version: a module comes from the module folders of its node, and a process runs with the processors, the scheduling and
+the memory of its agent.
 
     types:
-      Sine: { package: sine, version: \"1.2\", standIn: missing }
+      Sine: { package: sine, version: \"1.2\" }
     components:
       Sine0: { resources: { cpus: 2-3 } }
 

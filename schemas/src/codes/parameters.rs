@@ -22,7 +22,8 @@ read allows everything, and editors show a plain text box.",
         title: "the value of a parameter is none of its type",
         explain: "\
 The RTC Profile (or `__type__` in the RTS Profile) says what the component expects. Another value is refused when it is
-set, and the component goes on with its default: the robot then does something else than the file says.
+set, and the component goes on with its default: the robot then does something else than the file says. Values that an
+overlay gives are held against the type too.
 
     int       5            not `5.0`, not `fast`
     double    0.5
@@ -47,9 +48,9 @@ Mend the word, or add the constraint.",
 `__constraints__`, `__widget__` and `__type__` speak of parameters by name, and no configuration set has this one. After a
 parameter was renamed, its constraint guards nothing.
 
-An overlay may give a value to a parameter that the profile does not list in this set, though it lists others. The value is
-sent all the same, since the component may know more than its profile says; if it does not, it refuses the value and does
-not start.
+An overlay may give a value to a parameter that the profile has in no set of the component, though it has others. The value
+is sent all the same, since the component may know more than its profile says; if it does not, it refuses the value and does
+not start. With `--rtc` the RTC Profile of the component decides instead (`rtc-unknown-parameter`).
 
     configuration:
       sets:
@@ -62,7 +63,7 @@ Mend the name, or remove the entry. A parameter that the component does know can
         title: "the value of a parameter is outside its constraint",
         explain: "\
 The author of the component wrote down which values make sense. The component itself does not check that: OpenRTM sets
-any value, and what happens is up to the code.
+any value, and what happens is up to the code. Values that an overlay gives are held against the constraints too.
 
     constraint 0 <= x <= 1.0, value 2.5      wrong
 

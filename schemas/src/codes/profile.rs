@@ -36,7 +36,7 @@ Choose another name, and change it wherever it is referred to.",
         title: "a number is missing, malformed or out of its range",
         explain: "\
 Rates are hertz from 0.001 to 1000000 (`1000.0`); sequences are whole numbers from 0; waiting times and time-outs are whole
-milliseconds.
+milliseconds; push intervals are seconds; a location is in pixels. What has no effect on the system is only a warning.
 
     rts:rate=\"1 kHz\"       wrong
     rts:rate=\"1000.0\"      right",
@@ -58,6 +58,19 @@ Use the name that the help proposes.",
 word would leave open what is waited for.
 
     <rts:Preceding rts:sendingTiming=\"SYNC\" rts:timeout=\"5000\">",
+    },
+    Code {
+        code: "component-id-mismatch",
+        title: "an instance is named with the id of another type",
+        explain: "\
+The end of a connector, and a condition of an order, name a component by its instance name and its id. Here the id is of
+another type than the component of that name has. The name counts; after an instance was renamed or a component exchanged
+by hand it may be the wrong one. Vendor, category and version are not compared.
+
+    <rts:Components rts:instanceName=\"Sine0\" rts:id=\"RTC:AIST:example:Sine:1.0\" …>
+    <rts:sourceDataPort rts:instanceName=\"Sine0\" rts:componentId=\"RTC:AIST:example:Filter:1.0\" …/>      wrong
+
+Mend the id, or the name.",
     },
     Code {
         code: "composite-component",
@@ -180,8 +193,9 @@ Mend the name, or add the set.",
         code: "unknown-host",
         title: "a component belongs on a host that nobody knows",
         explain: "\
-With `--node NAME`, all nodes and hosts are named. This component's place (its `rtsctl.node`, the host of its `pathUri`, or
-the host where it ran when the profile was saved) is none of them: it would be started on the local node, or not at all.
+With `--node NAME`, all nodes and hosts are named. This component's place (what an overlay says, its `rtsctl.node`, the host
+of its `pathUri`, or the host where it ran when the profile was saved) is none of them: it would be started on the local
+node, or not at all. A host that an overlay gives a known node under `hosts` is known too, and the other way round.
 
 Place it with an overlay, or name the host:
 

@@ -26,7 +26,8 @@ Remove the declaration. If the file uses entities of it (`&name;`), write their 
         explain: "\
 There is neither an XML element nor a YAML key. An editor that died while it was saving leaves such files.
 
-Take the file from a backup, or save it again. An RTS Profile starts with `<rts:RtsProfile …>` or `rtsProfile:`.",
+Take the file from a backup, or save it again. An RTS Profile starts with `<rts:RtsProfile …>` or `rtsProfile:`, an overlay
+with `apiVersion: rtsctl.dev/v1`.",
     },
     Code {
         code: "encoding-mismatch",
@@ -69,6 +70,19 @@ Indent with blanks, never with tabs, and put texts with `: ` or ` #` in quotes."
 The schema has room for one, so the first one counts and the others mean nothing, whatever the editor showed.
 
 Remove the others, or put what they say into the first.",
+    },
+    Code {
+        code: "stray-text",
+        title: "text stands between elements",
+        explain: "\
+Profiles say everything in attributes and a few elements made for text. Text between other elements is read by nobody: a
+note, the rest of an edit, or a tag that lost its brackets. It is kept when the file is written again.
+
+    <rts:Components …>
+        TODO: the left one                  wrong
+        <!-- TODO: the left one -->         right
+
+Remove it, or make it a comment.",
     },
     Code {
         code: "too-deep",
@@ -121,6 +135,18 @@ So many findings in one file mostly have one cause: a wrong file, a wrong versio
 Mend the first ones and check again.",
     },
     Code {
+        code: "unknown-attribute",
+        title: "an attribute is not known where it stands",
+        explain: "\
+It is in a namespace of the profile, or in none, but no schema has it on this element: nothing reads it. It is kept when the
+file is written again.
+
+    <rts:Components rts:isRequird=\"false\" …>      wrong: the component is required
+    <rts:Components rts:isRequired=\"false\" …>     right
+
+Mend the name, or remove the attribute. What is your own belongs in a namespace of your own.",
+    },
+    Code {
         code: "unknown-element",
         title: "an element or key is not known where it stands",
         explain: "\
@@ -131,6 +157,19 @@ kept when the file is written again.
     <rts:Components rts:instanceName=\"Sine0\"/>     right
 
 Mend the name, or remove the element. What is your own belongs in a namespace of your own, in YAML under a key with `x-`.",
+    },
+    Code {
+        code: "unprefixed-attribute",
+        title: "an attribute does not have the prefix of its namespace",
+        explain: "\
+Each attribute of a profile belongs to a namespace and has its prefix; a default namespace (`xmlns=\"…\"`) holds for elements
+only. Files that were written by hand often leave the prefix away, or use that of the extension where the schema has the
+other. It is read all the same, but other tools find nothing there. Told once for each element.
+
+    <rts:Components instanceName=\"Sine0\" …>           read, but not as the schema has it
+    <rts:Components rts:instanceName=\"Sine0\" …>       right
+
+Write the prefix. `rtsctl convert` and `rtsctl fmt` keep the attribute as it is.",
     },
     Code {
         code: "unknown-version",

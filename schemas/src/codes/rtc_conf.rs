@@ -127,7 +127,10 @@ takes the other's place at the name server. In a system a name stands for one co
 A system consists of components, which `manager.components.precreate` lists. Files of RT-Components that are programs
 of their own often have no such line: the program makes the component. Add
 
-    manager.components.precreate: TYPE",
+    manager.components.precreate: TYPE
+
+A file of `conf.` keys configures one component: an `rtc.conf` names it (`CATEGORY.INSTANCE.config_file: FILE`), and is what
+`rtsctl convert` reads.",
     },
     Code {
         code: "conf-not-activated",

@@ -9,6 +9,7 @@ use crate::rts_profile::{self, forms::Profile, forms::v01};
 pub(super) const ROOTS: &[Root] = &[
     Root {
         name: "system",
+        others: &["RtsProfile", "rts:RtsProfile", "RTSystemProfile"],
         title: "RTS Profile 0.2",
         written: "<rts:RtsProfile>, in YAML rtsProfile:",
         version: Some("0.2"),
@@ -16,6 +17,7 @@ pub(super) const ROOTS: &[Root] = &[
     },
     Root {
         name: "system",
+        others: &["RtsProfile", "rts:RtsProfile", "RTSystemProfile"],
         title: "RTS Profile 0.1",
         written: "<rts:RtsProfile>, in YAML rtsProfile:",
         version: Some("0.1"),
@@ -23,6 +25,7 @@ pub(super) const ROOTS: &[Root] = &[
     },
     Root {
         name: "component",
+        others: &["RtcProfile", "rtc:RtcProfile"],
         title: "RTC Profile",
         written: "<rtc:RtcProfile>, in YAML rtcProfile:",
         version: None,
@@ -30,6 +33,7 @@ pub(super) const ROOTS: &[Root] = &[
     },
     Root {
         name: "overlay",
+        others: &["Deployment"],
         title: "Deployment overlay",
         written: "apiVersion: rtsctl.dev/v1, kind: Deployment, in YAML",
         version: None,

@@ -104,3 +104,40 @@ fn a_path_to_nowhere_says_what_is_near() {
     ];
     insta::assert_snapshot!(all.join("\n"));
 }
+
+#[test]
+fn a_path_may_start_with_a_root_and_go_through_free_names() {
+    for (path, expected, kind) in [
+        ("rtsProfile.components", "system.components", "[]Component"),
+        (
+            "rts:RtsProfile.Components",
+            "system.components",
+            "[]Component",
+        ),
+        ("RtcProfile.basicInfo", "component.basicInfo", "BasicInfo"),
+        (
+            "overlay.spec.components.Motor0.node",
+            "overlay.spec.components.Motor0.node",
+            "string",
+        ),
+        (
+            "overlay.spec.components.Motor0",
+            "overlay.spec.components.Motor0",
+            "Settings",
+        ),
+        (
+            "overlay.spec.defaults.configuration.sets.fast.gain",
+            "overlay.spec.defaults.configuration.sets.fast.gain",
+            "string",
+        ),
+    ] {
+        let found = find(path, None).unwrap();
+        assert_eq!(
+            (found.path.as_str(), found.field.unwrap().kind.as_str()),
+            (expected, kind)
+        );
+        assert!(is_path(path));
+    }
+    assert!(find("overlay.spec.hosts.a.b", None).is_err());
+    assert!(find("overlay.spec.components.Motor0.nod", None).is_err());
+}

@@ -112,13 +112,17 @@ fn read_attribute(attribute: Attribute, form: &mut dyn Form, words: &Vocabulary)
     }
 }
 
-/// The field of an attribute: in its own namespace, or, as hand-written files have it, in none or a related one.
+/// The field of an attribute: in its own namespace, or, as hand-written files have it, in none or a related one. Then a
+/// field of the profile's own namespace goes first: `type` of a port is its data type, not `xsi:type`.
 fn attribute_field(fields: &[FieldType], attribute: &Attribute, words: &Vocabulary) -> Option<u16> {
     let named = |f: &FieldType| f.kind.is_attribute() && f.local == attribute.local();
+    let within = |namespace: &str| {
+        let mut fields = fields.iter();
+        fields.position(|f| named(f) && f.namespace == namespace)
+    };
     let related = attribute.namespace.is_empty() || words.knows(&attribute.namespace);
-    let at = fields
-        .iter()
-        .position(|f| named(f) && *f.namespace == *attribute.namespace)
+    let at = within(&attribute.namespace)
+        .or_else(|| within(words.namespace).filter(|_| related))
         .or_else(|| fields.iter().position(|f| related && named(f)))?;
     u16::try_from(at).ok()
 }

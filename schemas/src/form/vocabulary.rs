@@ -4,8 +4,8 @@ use super::allowance::{Allowance, too_dense};
 use super::read_xml::read_some;
 use super::{Around, Form, Format, read_node, report_unknown};
 use crate::diagnostic::{Finding, Report, Source};
-use crate::span::Span;
-use crate::{xml, yaml};
+use crate::span::{Span, Text};
+use crate::{overlay, xml, yaml};
 
 /// Names of one kind of profile.
 #[derive(Debug)]
@@ -64,6 +64,19 @@ impl Vocabulary {
         finding.at(place)
     }
 
+    fn empty(&self, source: &Source) -> Finding {
+        let help = format!(
+            "an {} starts with `<{}:{} …>` or `{}:`",
+            self.title,
+            self.prefix(self.namespace),
+            self.roots[0],
+            self.key
+        );
+        Finding::error("empty-file", format!("{} is empty", source.name()))
+            .at(Some(source.place(0, 0)))
+            .help(help)
+    }
+
     fn wrong_key(&self, root: &yaml::Node, source: &Source) -> Finding {
         let key = root.entries().first().map(|(key, _)| key);
         let place = |span: Span| (!span.is_unknown()).then(|| source.place(span.start, span.end));
@@ -78,7 +91,13 @@ impl Vocabulary {
             ),
         };
         let usual = || format!("the root of an {} in YAML is `{}:`", self.title, self.key);
-        let help = self.advice(key.map_or("", |key| &key.value), usual);
+        let kind = root.get("kind").and_then(yaml::Node::text);
+        let help = match kind.as_ref().map(Text::trimmed) {
+            Some(kind) if kind != overlay::KIND => {
+                format!("this is a `{kind}`; {}", usual())
+            }
+            _ => self.advice(key.map_or("", |key| &key.value), usual),
+        };
         Finding::error("wrong-root", message).at(place).help(help)
     }
 }
@@ -116,16 +135,7 @@ pub fn open(file_name: &str, bytes: &[u8], words: &Vocabulary) -> Result<Opened,
     findings.findings.extend(decoded.warning);
     let start = source.text().trim_start();
     let tree = if start.is_empty() {
-        let finding = Finding::error("empty-file", format!("{file_name} is empty"));
-        let help = format!(
-            "an {} starts with `<{}:{} …>` or `{}:`",
-            words.title,
-            words.prefix(words.namespace),
-            words.roots[0],
-            words.key
-        );
-        let place = Some(source.place(0, 0));
-        return Err(alone(finding.at(place).help(help)));
+        return Err(alone(words.empty(&source)));
     } else if start.starts_with('<') {
         let tree = xml::parse_tree(source.text()).map_err(|error| alone(error.finding(&source)))?;
         let root = &tree.root;
@@ -136,6 +146,9 @@ pub fn open(file_name: &str, bytes: &[u8], words: &Vocabulary) -> Result<Opened,
         Tree::Xml(tree)
     } else {
         let root = yaml::parse(&source).map_err(|finding| alone(*finding))?;
+        if root.value == yaml::Value::Null {
+            return Err(alone(words.empty(&source)));
+        }
         let others = root.entries().iter().map(|(key, _)| key);
         let others: Vec<_> = others
             .filter(|key| key.value != words.key)

@@ -1,6 +1,6 @@
 //! Configuration that an overlay says, held against what the profile has: the component itself may know more.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::DeploymentSpec;
 use super::select::{self, Chosen};
@@ -11,15 +11,37 @@ use crate::suggest;
 use crate::system::{ComponentSpec, SystemSpec};
 use crate::yaml_type::Faults;
 
+/// What is known of the parameters of components beside those in their sets, by instance.
+pub type KnownParameters = BTreeMap<String, Parameters>;
+
+/// Parameters of a component that are known beside those in its sets.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Parameters {
+    /// Their names.
+    pub names: BTreeSet<String>,
+    /// The file that names all that there are, if one does.
+    pub all_in: Option<String>,
+}
+
 /// Warns of sets and parameters that components do not have before it is laid over them. One warning for a line.
-pub(super) fn check_before(spec: &SystemSpec, chosen: &Chosen<'_>, faults: &mut Faults) {
+pub(super) fn check_before(
+    spec: &SystemSpec,
+    chosen: &Chosen<'_>,
+    known: &KnownParameters,
+    faults: &mut Faults,
+) {
     let Some(said) = chosen.said.configuration.get() else {
         return;
     };
     let components = chosen.components.iter();
     let mut unknown = Unknown::default();
     for component in components.filter_map(|index| spec.components.get(*index)) {
-        check(component, said, &mut unknown);
+        check(
+            component,
+            said,
+            known.get(&component.instance),
+            &mut unknown,
+        );
     }
     unknown.tell(faults);
 }
@@ -27,22 +49,41 @@ pub(super) fn check_before(spec: &SystemSpec, chosen: &Chosen<'_>, faults: &mut 
 fn check<'a>(
     component: &'a ComponentSpec,
     said: &'a ConfigurationSettings,
+    beside: Option<&'a Parameters>,
     unknown: &mut Unknown<'a>,
 ) {
     let sets = &component.configuration.sets;
+    let all_in = beside.and_then(|beside| beside.all_in.as_deref());
     // A profile without sets says nothing of what the component knows.
-    let Some(map) = said.sets.get().filter(|_| !sets.is_empty()) else {
+    let Some(map) = said
+        .sets
+        .get()
+        .filter(|_| !sets.is_empty() || all_in.is_some())
+    else {
         return;
     };
+    // Any set of a component may have any of its parameters.
+    let own = sets
+        .values()
+        .flat_map(BTreeMap::keys)
+        .filter(|_| all_in.is_none());
+    let more = beside.into_iter().flat_map(|beside| &beside.names);
+    let known: BTreeSet<&str> = own.chain(more).map(String::as_str).collect();
     for (name, values) in map.iter() {
-        let Some(set) = sets.get(name.trimmed()) else {
-            unknown.add(name, None, component);
-            continue;
-        };
-        let values = values.get().into_iter().flat_map(|values| values.iter());
-        for (parameter, _) in values {
-            if !set.contains_key(parameter.trimmed()) {
-                unknown.add(parameter, Some(name), component);
+        if !sets.is_empty() && !sets.contains_key(name.trimmed()) {
+            unknown.add(name, || Missing::of(name, component));
+        }
+        let Some(values) = values.get() else { continue };
+        let given: BTreeSet<&str> = values.iter().map(|(name, _)| name.trimmed()).collect();
+        for (parameter, _) in values.iter() {
+            if !known.contains(parameter.trimmed()) {
+                unknown.add(parameter, || Missing {
+                    is_parameter: true,
+                    known: known.clone(),
+                    given: given.clone(),
+                    all_in,
+                    ..Missing::of(parameter, component)
+                });
             }
         }
     }
@@ -55,23 +96,23 @@ struct Unknown<'a>(BTreeMap<(u32, &'a str), Missing<'a>>);
 /// One of them, with the first component that has it not.
 struct Missing<'a> {
     name: &'a Text,
-    /// Of a parameter.
-    set: Option<&'a Text>,
     component: &'a ComponentSpec,
+    /// A parameter, not a set.
+    is_parameter: bool,
+    /// Parameters that there are.
+    known: BTreeSet<&'a str>,
+    /// Parameters that stand beside it: none of them was meant.
+    given: BTreeSet<&'a str>,
+    /// The file that names all parameters.
+    all_in: Option<&'a str>,
     /// Components that have it not.
     count: usize,
 }
 
 impl<'a> Unknown<'a> {
-    fn add(&mut self, name: &'a Text, set: Option<&'a Text>, component: &'a ComponentSpec) {
+    fn add(&mut self, name: &'a Text, missing: impl FnOnce() -> Missing<'a>) {
         let key = (name.span.start, name.value.as_str());
-        let missing = self.0.entry(key).or_insert(Missing {
-            name,
-            set,
-            component,
-            count: 0,
-        });
-        missing.count += 1;
+        self.0.entry(key).or_insert_with(missing).count += 1;
     }
 
     fn tell(self, faults: &mut Faults) {
@@ -81,7 +122,19 @@ impl<'a> Unknown<'a> {
     }
 }
 
-impl Missing<'_> {
+impl<'a> Missing<'a> {
+    fn of(name: &'a Text, component: &'a ComponentSpec) -> Self {
+        Self {
+            name,
+            component,
+            is_parameter: false,
+            known: BTreeSet::new(),
+            given: BTreeSet::new(),
+            all_in: None,
+            count: 0,
+        }
+    }
+
     fn finding(&self) -> Finding {
         let instance = &self.component.instance;
         let sets = &self.component.configuration.sets;
@@ -90,20 +143,34 @@ impl Missing<'_> {
             1 => String::new(),
             count => format!(" (nor {} more)", count - 1),
         };
-        let Some(set) = self.set.map(Text::trimmed) else {
+        if !self.is_parameter {
             let known: Vec<&str> = sets.keys().map(String::as_str).collect();
             let message = format!("`{instance}` has no configuration set `{name}`{others}");
             return Finding::warning("unknown-configuration-set", message)
                 .help(suggest::advice(name, "sets", &known));
+        }
+        let meant = self.known.difference(&self.given).copied();
+        let known: Vec<&str> = self.known.iter().copied().collect();
+        let listed = match known.is_empty() {
+            true => "none are known".to_owned(),
+            false => format!("parameters: {}", suggest::listed(known)),
         };
-        let known = sets.get(set).into_iter().flat_map(BTreeMap::keys);
-        let known: Vec<&str> = known.map(String::as_str).collect();
-        let message = format!("set `{set}` of `{instance}` has no parameter `{name}`{others}");
-        let help = match known.is_empty() {
-            true => "the profile has no parameter in this set".to_owned(),
-            false => suggest::advice(name, "parameters", &known),
+        let help = match suggest::nearest(name, meant) {
+            Some(near) if self.known.len() == 1 => format!("did you mean `{near}`?"),
+            Some(near) => format!("did you mean `{near}`? {listed}"),
+            None => listed,
         };
-        Finding::warning("unknown-parameter", message).help(help)
+        match self.all_in {
+            Some(file) => {
+                let message = format!("the type of `{instance}` has no parameter `{name}`{others}");
+                Finding::warning("rtc-unknown-parameter", message)
+                    .help(format!("{help}; so says {file}"))
+            }
+            None => {
+                let message = format!("no set of `{instance}` has a parameter `{name}`{others}");
+                Finding::warning("unknown-parameter", message).help(help)
+            }
+        }
     }
 }
 

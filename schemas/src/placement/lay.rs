@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{ConfigurationSettings, ResourceSettings, Settings};
-use crate::system::{ComponentSpec, Configuration, Placement, Resources};
+use crate::system::{ComponentSpec, Configuration, Placement, Resources, StandInSpec};
 use crate::yaml_type::Setting;
 
 /// Lays what is said over a component: what is not said stays.
@@ -22,7 +22,11 @@ pub fn lay(component: &mut ComponentSpec, said: &Settings) {
     said.drift.lay(&mut policy.drift);
     said.package.lay_some(&mut component.package.name);
     said.version.lay_some(&mut component.package.version);
-    said.stand_in.lay(&mut component.stand_in);
+    match &said.stand_in {
+        Setting::Silent => {}
+        Setting::Removed(_) => component.stand_in = StandInSpec::default(),
+        Setting::Said(said, _) => said.lay(&mut component.stand_in),
+    }
     resources(&mut component.resources, &said.resources);
     configuration(&mut component.configuration, &said.configuration);
 }

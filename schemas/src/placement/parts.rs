@@ -4,7 +4,6 @@ use super::Settings;
 use crate::diagnostic::Finding;
 use crate::rts_profile::escaped;
 use crate::span::Span;
-use crate::system::StandIn;
 use crate::yaml_type::{Leaf, leaves_of, rows_of};
 
 /// The keys that a profile may have, without their prefix: `node`, `resources.cpus`. Configuration has its own place there.
@@ -20,7 +19,9 @@ pub fn pointer(path: &[&str]) -> String {
         ["node" | "manager" | "isolated", ..] => format!("placement/{}", path[0]),
         ["package", ..] => "package/name".to_owned(),
         ["version", ..] => "package/version".to_owned(),
-        ["standIn", ..] => "standIn".to_owned(),
+        ["standIn"] => "standIn/when".to_owned(),
+        ["standIn", "fail", ..] => "standIn/fail".to_owned(),
+        ["standIn", key, ..] => format!("standIn/{key}Ms"),
         ["resources", "memoryLimit", ..] => "resources/memoryLimitBytes".to_owned(),
         ["resources" | "configuration", ..] => {
             let parts: Vec<String> = path.iter().map(|part| escaped(part)).collect();
@@ -46,7 +47,6 @@ pub fn later(said: &Settings) -> Vec<(Finding, Span)> {
                 Some("package" | "version") => {
                     "the module is taken from the module folders of its node (`rts-agent --modules`)"
                 }
-                Some("standIn") => "the component itself is started",
                 _ => "the process runs with the limits of its agent",
             };
             (Finding::warning("not-carried-out", message).help(help), leaf.span)
@@ -58,7 +58,6 @@ fn is_later(leaf: &Leaf) -> bool {
     match leaf.path.first().map(String::as_str) {
         _ if leaf.value.is_null() => false,
         Some("package" | "version" | "resources") => true,
-        Some("standIn") => leaf.value != StandIn::default().as_str(),
         _ => false,
     }
 }
@@ -79,6 +78,8 @@ mod tests {
             "onDisconnect" => "stop",
             "drift" => "adopt",
             "standIn" => "missing",
+            "standIn.fail" => "execute",
+            "standIn.startupTime" | "standIn.crashAfter" => "3s",
             "resources.cpus" => "1",
             "resources.realtimePriority" => "50",
             "resources.memoryLimit" => "1GiB",
@@ -90,7 +91,7 @@ mod tests {
     #[test]
     fn each_key_sets_the_field_that_its_pointer_names() {
         let keys = keys();
-        assert_eq!(keys.len(), KEYS.len() + 1);
+        assert_eq!(keys.len(), KEYS.len() + 1 + 3);
         for key in &keys {
             let mut component = ComponentSpec::default();
             set(&mut component, key, other(key)).unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::{ConfigurationSettings, ResourceSettings, Settings};
+use super::{ConfigurationSettings, ResourceSettings, Settings, StandInSetting};
 use crate::span::{Span, Text};
 use crate::system::{ComponentSpec, Configuration, Resources};
 use crate::yaml_type::{Map, Setting, leaves_of};
@@ -29,7 +29,7 @@ pub fn of(component: &ComponentSpec) -> Settings {
         drift: unless_default(&policy.drift),
         package: Setting::some(component.package.name.clone()),
         version: Setting::some(component.package.version.clone()),
-        stand_in: unless_default(&component.stand_in),
+        stand_in: unless_default(&StandInSetting::of(&component.stand_in)),
         resources: resources(&component.resources),
         configuration: configuration(&component.configuration),
     }
@@ -117,6 +117,9 @@ mod tests {
             ("package", "openrtm/sine"),
             ("version", ">=1.2, <2"),
             ("standIn", "missing"),
+            ("standIn.startupTime", "2s"),
+            ("standIn.fail", "activate"),
+            ("standIn.crashAfter", "5s"),
             ("resources.cpus", "2-3,5"),
             ("resources.realtimePriority", "50"),
             ("resources.memoryLimit", "256MiB"),

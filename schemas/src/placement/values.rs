@@ -4,11 +4,12 @@ use std::ops::RangeInclusive;
 
 use bytesize::ByteSize;
 use jiff::SignedDuration;
+use semver::VersionReq;
 use serde_json::{Value as Json, json};
 
 use crate::diagnostic::Finding;
 use crate::names;
-use crate::system::{DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn};
+use crate::system::{DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn, StandInFault};
 use crate::yaml_type::{Scalar, Words};
 
 /// Milliseconds that a time may have.
@@ -16,6 +17,9 @@ const TIMES: RangeInclusive<u64> = 100..=24 * 60 * 60 * 1000;
 
 /// Bytes that a limit may have: 1 MiB to 1 PiB.
 const MEMORY: RangeInclusive<u64> = 1 << 20..=1 << 50;
+
+/// Longest range of versions, in bytes.
+const VERSION: usize = 128;
 
 /// Highest number of a processor.
 const LAST_CPU: u32 = 1023;
@@ -64,7 +68,7 @@ value! {
     PackageName(String)
 }
 value! {
-    /// Versions of a package, as its registry spells them.
+    /// Versions of a package, as Cargo spells them: `1.2` is any from 1.2 on and below 2.
     VersionRange(String)
 }
 value! {
@@ -224,7 +228,7 @@ impl Scalar for VersionRange {
         "a version or a range of versions, such as `\"1.2.0\"` or `\">=1.2, <2\"`";
 
     fn parse(text: &str) -> Option<Self> {
-        let fits = (1..=128).contains(&text.len()) && text.chars().all(is_version_char);
+        let fits = text.len() <= VERSION && VersionReq::parse(text).is_ok();
         fits.then(|| Self(text.to_owned()))
     }
 
@@ -233,13 +237,12 @@ impl Scalar for VersionRange {
     }
 
     fn schema() -> Json {
-        let text = json!({"type": "string", "pattern": "^[A-Za-z0-9.+~:*^<>=, -]{1,128}$"});
+        let part = r"[0-9*xX]+(\.[0-9*xX]+){0,2}(-[0-9A-Za-z.-]+)?(\+[0-9A-Za-z.-]+)?";
+        let one = format!(" *(>=|<=|[<>=~^])? *{part} *");
+        let text =
+            json!({"type": "string", "pattern": format!("^{one}(,{one})*$"), "maxLength": VERSION});
         json!({"anyOf": [text, {"type": "number"}]})
     }
-}
-
-fn is_version_char(c: char) -> bool {
-    c.is_ascii_alphanumeric() || ".-+~:*^<>=, ".contains(c)
 }
 
 impl Scalar for Cpus {
@@ -410,7 +413,12 @@ words!(
     "`never`, `missing` or `always`; `true` is `always`",
     [Never, Missing, Always]
 );
-scalar_of_words!(OnHang, OnDisconnect, DriftPolicy);
+words!(
+    StandInFault,
+    "`initialize`, `activate` or `execute`",
+    [Initialize, Activate, Execute]
+);
+scalar_of_words!(OnHang, OnDisconnect, DriftPolicy, StandInFault);
 
 impl Scalar for RestartPolicy {
     const EXPECTED: &'static str = <Self as Words>::EXPECTED;

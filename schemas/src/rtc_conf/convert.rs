@@ -1,6 +1,7 @@
 //! A set-up → an RTS Profile 0.2, and the overlay that says which component is in which manager.
 
 mod components;
+mod composites;
 mod connectors;
 mod types;
 
@@ -9,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use super::item::local_name;
 use super::setup::{Component, Manager, Setup};
 use super::{overlay, system_name};
-use crate::diagnostic::{Finding, Report, Severity};
+use crate::diagnostic::{Finding, Place, Report, Severity};
 use crate::form::{Around, Form};
 use crate::names;
 use crate::rtc_profile::forms::RtcProfile;
@@ -150,6 +151,15 @@ fn no_component(setup: &Setup) -> Finding {
             .or(conf.entries.first())?;
         conf.place(entry.key.span)
     });
+    if let [manager] = setup.managers.as_slice()
+        && manager.conf.is_of_a_component()
+    {
+        let message = "this file configures one component and makes none, so there is no system";
+        let help = "convert the `rtc.conf` that makes the component, and names this file: `CATEGORY.INSTANCE.config_file: FILE`";
+        return Finding::error("conf-no-component", message)
+            .at(entry)
+            .help(help);
+    }
     let finding = Finding::error(
         "conf-no-component",
         "no component is made, so there is no system",
@@ -179,7 +189,7 @@ impl<'a> Made<'a> {
         found.or_else(|| self.instances.get(name.rsplit_once('.')?.1).copied())
     }
 
-    fn unknown(&mut self, manager: &Manager, name: &str, span: Span, what: &str) {
+    fn unknown(&mut self, place: Option<Place>, name: &str, what: &str) {
         self.unknown += 1;
         if self.unknown > UNKNOWN {
             return;
@@ -194,8 +204,7 @@ impl<'a> Made<'a> {
         }
         let message = format!("no component called `{name}` is made");
         let finding = Finding::warning("conf-unknown-instance", message);
-        self.report
-            .push(finding.at(manager.conf.place(span)).help(help));
+        self.report.push(finding.at(place).help(help));
     }
 
     /// The order of each manager's list; managers do not wait for each other.
@@ -208,7 +217,8 @@ impl<'a> Made<'a> {
             for item in &manager.view.preactivation {
                 let name = local_name(&item.value);
                 let Some(component) = self.resolve(name) else {
-                    self.unknown(manager, name, item.span, "its activation");
+                    let place = manager.conf.place(item.span);
+                    self.unknown(place, name, "its activation");
                     continue;
                 };
                 if !active.insert(component.instance.as_str()) {

@@ -75,6 +75,16 @@ impl Conf {
         (!span.is_unknown()).then(|| self.source.place(span.start, span.end))
     }
 
+    /// True for the configuration file of one component, which makes nothing: `conf.SET.KEY` and nothing of a manager.
+    pub fn is_of_a_component(&self) -> bool {
+        let has = |start: &str| {
+            self.entries
+                .iter()
+                .any(|entry| entry.key.value.starts_with(start))
+        };
+        has("conf.") && !has("manager.") && !has("corba.")
+    }
+
     /// The value of a key.
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.key.value == key)

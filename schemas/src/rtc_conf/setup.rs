@@ -229,8 +229,12 @@ impl Loader<'_> {
             self.report.push(finding.help("they are left out"));
         }
         let mut unknown = 0;
+        let of_a_component = conf.is_of_a_component();
         for entry in &view.unknown {
             let key = entry.key.value.as_str();
+            if of_a_component && key.starts_with("conf.") {
+                continue;
+            }
             match parts(key, &names) {
                 Some((category, name, rest)) => {
                     own.categories.entry(name).or_insert(category);

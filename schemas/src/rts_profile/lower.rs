@@ -19,7 +19,7 @@ pub(crate) use connector::{
 };
 pub(crate) use order::{parse_timing, parse_whole};
 pub use places::Places;
-pub(crate) use places::{escaped, places};
+pub(crate) use places::{escaped, places, unescaped};
 
 /// The property that names a system or connector otherwise than its id or ends would.
 pub(crate) const NAME_KEY: &str = "rtsctl.name";
@@ -41,12 +41,18 @@ pub struct LowerOptions<'a> {
 /// Components without instance name or type, and connectors without both ends, are left out: the checks report them
 /// as errors, so that such a system is never deployed in part.
 pub fn lower(read: &ReadProfile, options: &LowerOptions<'_>) -> (Option<SystemSpec>, Report) {
+    let (spec, report) = lower_any(read, options);
+    (Some(spec).filter(|spec| !spec.name.is_empty()), report)
+}
+
+/// The same; a system without a usable name has none, so that the rest of it can be checked.
+pub(crate) fn lower_any(read: &ReadProfile, options: &LowerOptions<'_>) -> (SystemSpec, Report) {
     let mut report = Report::default();
     let name = name(read, options, &mut report);
     let components = component::components(read, &mut report);
     let connectors = connector::connectors(read, &mut report);
-    let spec = name.map(|name| SystemSpec {
-        name,
+    let spec = SystemSpec {
+        name: name.unwrap_or_default(),
         full_id: read
             .profile
             .id
@@ -55,7 +61,7 @@ pub fn lower(read: &ReadProfile, options: &LowerOptions<'_>) -> (Option<SystemSp
         components,
         connectors,
         orders: order::orders(read),
-    });
+    };
     (spec, report)
 }
 

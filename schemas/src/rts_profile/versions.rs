@@ -1,17 +1,22 @@
 //! RTS Profiles from one version of the schema to the other.
 //!
 //! Version 0.1 has connectors in the ports that they start from and orders in the components, its ids have dots, and it
-//! knows other kinds of composite components. What it has no place for is taken away and named.
+//! knows other kinds of composite components. What it has no place for is kept in properties where that tells nobody
+//! anything wrong, else taken away and named: all that does not come back from the other version is missing.
 
 mod down;
+pub(crate) mod kept;
+mod ports;
 mod up;
 
 use std::collections::HashMap;
 
 use super::ReadProfile;
-use super::forms::{Shape, TargetPort, WORDS};
+use super::forms::{Profile, Shape, TargetPort, WORDS};
+use super::mirror::duration;
 use crate::diagnostic::{Finding, Report};
-use crate::form::{Around, Taken};
+use crate::form::{Alike, Around, FieldType, FormType, Missing, What, missing};
+use crate::names::{id_with_colons, id_with_dots};
 use crate::span::{Span, Text};
 
 /// A version of the schema.
@@ -35,14 +40,21 @@ impl Version {
 
 /// The profile in a version. What that version cannot say is left out, and an error of the report names it.
 pub fn to_version(read: &ReadProfile, version: Version) -> (Shape, Around, Report) {
-    let mut lost = Lost {
-        read,
-        version,
-        report: Report::default(),
-    };
+    let mut report = Report::default();
     let shape = match (&read.shape, version) {
-        (Shape::V01(old), Version::V02) => Shape::V02(Box::new(up::up(old, &mut lost))),
-        (Shape::V02(old), Version::V01) => Shape::V01(Box::new(down::down(old, &mut lost))),
+        (Shape::V01(old), Version::V02) => {
+            let new = up::up(old);
+            let back = down::down(&new);
+            name(missing(&**old, &back, &ALIKE), read, version, &mut report);
+            Shape::V02(Box::new(new))
+        }
+        (Shape::V02(old), Version::V01) => {
+            let new = down::down(old);
+            let back = up::up(&new);
+            name(missing(&**old, &back, &ALIKE), read, version, &mut report);
+            undotted(old, read, &mut report);
+            Shape::V01(Box::new(new))
+        }
         (shape, _) => {
             let mut shape = shape.clone();
             let text = Some(Text::new(version.name(), Span::default()));
@@ -57,30 +69,81 @@ pub fn to_version(read: &ReadProfile, version: Version) -> (Shape, Around, Repor
     around.qname = around
         .qname
         .map(|name| name.replace("RTSystemProfile", WORDS.roots[0]).into());
-    lost.report.sort_by_place();
-    (shape, around, lost.report)
+    report.sort_by_place();
+    (shape, around, report)
 }
 
-/// What gets lost.
-struct Lost<'a> {
-    read: &'a ReadProfile,
-    version: Version,
-    report: Report,
-}
+/// What both versions say, each in its own way.
+const ALIKE: Alike<'static> = Alike {
+    ignored: &[
+        ("Profile", "version"),
+        ("Profile", "version_up_log"),
+        ("Profile", "version_up_logs"),
+        ("DataPort", "port_type"),
+        ("DataPort", "connectors"),
+        ("ServicePort", "connectors"),
+    ],
+    texts: &alike,
+};
 
-impl Lost<'_> {
-    fn say(&mut self, what: &str, span: Span) {
-        let message = format!("version {} cannot say {what}", self.version.name());
-        let finding = Finding::error("version-cannot-say", message).at(self.read.place(span));
-        self.report
-            .push(finding.help("take it out of the profile, or leave it out with `--force`"));
-    }
-
-    fn taken(&mut self, all: Vec<Taken>) {
-        for taken in all {
-            let prefix = WORDS.prefix(taken.field.namespace);
-            self.say(&format!("`{prefix}:{}`", taken.field.local), taken.span);
+fn alike(of: &FormType, field: &FieldType, old: &str, new: &str) -> bool {
+    match (of.name, field.name) {
+        ("Component", "composite_type") => {
+            kind(new, true) != "None" && kind(old, true) == kind(new, true)
         }
+        ("Profile" | "Component", "id") | (_, "component_id") => {
+            id_with_colons(old) == id_with_colons(new)
+        }
+        ("Condition", "wait_time") => duration(old).is_some() && duration(old) == duration(new),
+        ("WaitTime", "wait_time") | ("Preceding", "timeout") => {
+            let number = |text: &str| text.trim().parse::<u64>().ok();
+            number(old).is_some() && number(old) == number(new)
+        }
+        ("Preceding", "sending_timing") => old.trim().eq_ignore_ascii_case(new),
+        _ => false,
+    }
+}
+
+fn name(missing: Vec<Missing<'_>>, read: &ReadProfile, version: Version, report: &mut Report) {
+    for missing in missing {
+        let message = format!("version {} cannot say {}", version.name(), words(&missing));
+        let finding = Finding::error("version-cannot-say", message).at(read.place(missing.span));
+        report.push(finding.help("take it out of the profile, or leave it out with `--force`"));
+    }
+}
+
+/// Says what is missing.
+fn words(missing: &Missing<'_>) -> String {
+    let called = |field: &FieldType| format!("`{}:{}`", WORDS.prefix(field.namespace), field.local);
+    match missing.what {
+        What::Value(field, Some(text)) if field.name == "composite_type" => {
+            format!("the kind `{}` of a composite component", text.trimmed())
+        }
+        What::Value(field, Some(text)) => format!("{} `{}`", called(field), text.value),
+        What::Value(field, None) if field.name.ends_with("port_connectors") => {
+            "a connector that starts from no component".to_owned()
+        }
+        What::Value(field, None) => called(field),
+        What::Order(field) => format!("the order of {}", called(field)),
+        What::Attribute(name) => format!("the attribute `{name}`"),
+        What::Element(name) => format!("`<{name}>`"),
+        What::Key(name) => format!("the key `{name}`"),
+        What::Text => "a text between elements".to_owned(),
+        What::Comment => "a comment".to_owned(),
+    }
+}
+
+/// An id that stays as it is, since its fields have dots of their own.
+fn undotted(profile: &Profile, read: &ReadProfile, report: &mut Report) {
+    let components = profile.components.iter().map(|component| &component.id);
+    let ids = std::iter::once(&profile.id).chain(components).flatten();
+    for id in ids.filter(|id| id_with_dots(&id.value).is_none()) {
+        let message = format!(
+            "version 0.1 cannot say the id `{}`, whose fields have dots of their own; it is kept as it is",
+            id.value
+        );
+        let finding = Finding::warning("version-cannot-say", message).at(read.place(id.span));
+        report.push(finding.help("other programs may not understand it in a profile of 0.1"));
     }
 }
 
@@ -91,26 +154,22 @@ const COMPOSITES: [(&str, &str); 3] = [
     ("NonShared", "Grouping"),
 ];
 
-/// Changes a kind of composite component; one that the other version does not know becomes `None`.
-fn composite(text: &mut Option<Text>, lost: &mut Lost<'_>) {
-    let Some(text) = text else { return };
-    let pair = |(old, new): &(&'static str, &'static str)| match lost.version {
-        Version::V01 => (*new, *old),
-        Version::V02 => (*old, *new),
+/// A kind of composite component, as the newer version names it or as the older; one that is not known there is `None`.
+fn kind(text: &str, newer: bool) -> &str {
+    let pair = |(old, new): &(&'static str, &'static str)| match newer {
+        true => (*old, *new),
+        false => (*new, *old),
     };
-    let kind = text.trimmed();
-    let found = COMPOSITES.iter().map(pair).find(|(from, _)| *from == kind);
-    let known = |of: &str| COMPOSITES.iter().any(|(old, new)| of == *old || of == *new);
-    match found {
-        Some((_, to)) => to.clone_into(&mut text.value),
-        None if kind.is_empty() || kind == "None" || known(kind) => {}
-        None => {
-            lost.say(
-                &format!("the kind `{kind}` of a composite component"),
-                text.span,
-            );
-            "None".clone_into(&mut text.value);
-        }
+    let text = text.trim();
+    let mut pairs = COMPOSITES.iter().map(pair);
+    let found = pairs.find(|(from, to)| *from == text || *to == text);
+    found.map_or("None", |(_, to)| to)
+}
+
+fn composite(text: &mut Option<Text>, newer: bool) {
+    let Some(text) = text else { return };
+    if !matches!(text.trimmed(), "" | "None") {
+        text.value = kind(&text.value, newer).to_owned();
     }
 }
 
@@ -187,9 +246,9 @@ mod tests {
         insta::assert_snapshot!(new);
         let mut before = spec(OLD);
         for component in &mut before.components {
-            component.full_id = crate::names::id_with_colons(&component.full_id);
+            component.full_id = id_with_colons(&component.full_id);
         }
-        before.full_id = crate::names::id_with_colons(&before.full_id);
+        before.full_id = id_with_colons(&before.full_id);
         assert_eq!(spec(&new), before);
         let (old, report) = converted(new.as_bytes(), Version::V01);
         assert_eq!(report, Report::default());
@@ -222,9 +281,9 @@ mod tests {
         let mut hello = load("system.xml", HELLO, None, &[]).unwrap().0;
         hello.orders = crate::system::Orders::default();
         for component in &mut hello.components {
-            component.full_id = crate::names::id_with_dots(&component.full_id).unwrap();
+            component.full_id = id_with_dots(&component.full_id).unwrap();
         }
-        hello.full_id = crate::names::id_with_dots(&hello.full_id).unwrap();
+        hello.full_id = id_with_dots(&hello.full_id).unwrap();
         assert_eq!(system, hello);
     }
 

@@ -64,7 +64,10 @@ impl Document {
         let text = source.text().to_owned();
         let Some(root) = scan::root(&text) else {
             let message = format!("the elements of {file_name} cannot be told apart");
-            return Err(Box::new(Finding::error("malformed-xml", message)));
+            let help = "save it anew with its editor";
+            return Err(Box::new(
+                Finding::error("malformed-xml", message).help(help),
+            ));
         };
         Ok(Self {
             bytes: Bytes::of(bytes, decoded.encoding),

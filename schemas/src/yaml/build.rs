@@ -18,21 +18,29 @@ const FEW: usize = 16;
 pub(super) struct Fault {
     code: &'static str,
     message: String,
+    help: &'static str,
     span: Span,
 }
 
+const RIGHT_FILE: &str = "is this the right file?";
+
 impl Fault {
-    pub(super) fn malformed(message: impl Into<String>, span: Span) -> Self {
+    pub(super) fn malformed(message: impl Into<String>, help: &'static str, span: Span) -> Self {
         Self {
             code: "malformed-yaml",
             message: message.into(),
+            help,
             span,
         }
     }
 
     pub(super) fn finding(self, source: &Source) -> Box<Finding> {
         let place = source.place(self.span.start, self.span.end);
-        Box::new(Finding::error(self.code, self.message).at(Some(place)))
+        Box::new(
+            Finding::error(self.code, self.message)
+                .at(Some(place))
+                .help(self.help),
+        )
     }
 }
 
@@ -77,6 +85,7 @@ impl Builder {
             return Err(Fault {
                 code: "too-deep",
                 message: format!("lists and mappings are nested deeper than {DEPTH_LIMIT}"),
+                help: RIGHT_FILE,
                 span,
             });
         }
@@ -128,7 +137,15 @@ impl Builder {
                     entries.push((key, Node { value, span }));
                 }
                 (None, Value::Scalar(text)) => *key = Some(Text::new(text, node.span)),
-                (None, _) => return Err(Fault::malformed("a key must be a plain text", node.span)),
+                (None, _) => {
+                    let help =
+                        "write `key: value`, and put a text that begins with a bracket in quotes";
+                    return Err(Fault::malformed(
+                        "a key must be a plain text",
+                        help,
+                        node.span,
+                    ));
+                }
             },
         }
         Ok(())
@@ -139,7 +156,8 @@ impl Builder {
         let known = self.anchors.as_ref().and_then(|all| all.get(&anchor));
         let Some(node) = known else {
             let message = "an alias stands within what it stands for";
-            return Err(Fault::malformed(message, span));
+            let help = "give the alias the name of another anchor";
+            return Err(Fault::malformed(message, help, span));
         };
         let weight = weight(node);
         let mut node = node.clone();
@@ -158,6 +176,7 @@ impl Builder {
                 code: "too-dense",
                 message: "up to here the file has more values than a file of its size can have"
                     .to_owned(),
+                help: RIGHT_FILE,
                 span,
             }),
         }
@@ -202,7 +221,8 @@ fn unique(entries: &[(Text, Node)]) -> Result<(), Fault> {
         Some(at) => {
             let text = &entries[at].0;
             let message = format!("duplicate entry with key \"{}\"", text.value);
-            Err(Fault::malformed(message, text.span))
+            let help = "write the key once, with the value that is meant";
+            Err(Fault::malformed(message, help, text.span))
         }
     }
 }

@@ -2,24 +2,51 @@
 
 use super::{Node, parse_quietly};
 use crate::diagnostic::{Place, Source};
+use crate::form::Remark;
 
-/// Most comments that are tried one by one, each by reading the document again.
-const TRIES: usize = 16;
+/// Most times that a document is read again to tell comments from texts.
+const TRIES: usize = 64;
 
-/// The first comment of a document; nothing when it has none.
-pub fn first_comment(source: &Source) -> Option<Place> {
+/// The comments of a document, in their order.
+pub fn remarks(source: &Source) -> Vec<Remark> {
     let text = source.text();
     let marks = marks(text);
-    let first = *marks.first()?;
-    let value = value(text)?;
-    let place = |mark: usize| source.place(mark, line_end(text, mark));
-    // What can be left out without a change of any value is a comment; in a text of several lines it is not.
-    if self::value(&without(text, &marks)).as_ref() == Some(&value) || marks.len() > TRIES {
-        return Some(place(first));
+    let Some(value) = (!marks.is_empty()).then(|| value(text)).flatten() else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    let mut left = TRIES;
+    tell(text, &value, &marks, &mut left, &mut found);
+    let remark = |at: usize| {
+        let line = &text[..at];
+        let line = &line[line.rfind(['\r', '\n']).map_or(0, |end| end + 1)..];
+        Remark {
+            start: u32::try_from(at).unwrap_or(u32::MAX),
+            trails: !line.trim_start().is_empty(),
+            text: text[at + 1..line_end(text, at)].to_owned(),
+        }
+    };
+    found.into_iter().map(remark).collect()
+}
+
+/// The place of the first comment; nothing when there is none.
+pub fn first_comment(source: &Source) -> Option<Place> {
+    let start = usize::try_from(remarks(source).first()?.start).ok()?;
+    Some(source.place(start, line_end(source.text(), start)))
+}
+
+/// What can be left out without a change of any value is a comment; in a text of several lines it is not. When it takes
+/// too long to tell, everything is taken for a comment.
+fn tell(text: &str, value: &Node, marks: &[usize], left: &mut usize, found: &mut Vec<usize>) {
+    let spent = *left == 0;
+    *left = left.saturating_sub(1);
+    if spent || self::value(&without(text, marks)).as_ref() == Some(value) {
+        found.extend(marks);
+    } else if marks.len() > 1 {
+        let (first, second) = marks.split_at(marks.len() / 2);
+        tell(text, value, first, left, found);
+        tell(text, value, second, left, found);
     }
-    let is_comment =
-        |mark: &&usize| self::value(&without(text, &[**mark])).as_ref() == Some(&value);
-    marks.iter().find(is_comment).map(|mark| place(*mark))
 }
 
 /// What the text says, wherever it says it.

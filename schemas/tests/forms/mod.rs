@@ -4,6 +4,7 @@
 
 pub mod changes;
 pub mod noise;
+pub mod versions;
 
 use std::path::PathBuf;
 
@@ -122,7 +123,7 @@ impl<'a> Tape<'a> {
 
     /// A text, of those that are hard to write.
     pub fn text(&mut self) -> String {
-        const TEXTS: [&str; 28] = [
+        const TEXTS: [&str; 29] = [
             "a",
             "true",
             "false",
@@ -151,6 +152,7 @@ impl<'a> Tape<'a> {
             "&#10;&amp;",
             "x::y",
             "\\\"",
+            "\u{0}\u{1b}[0m\u{7f}",
         ];
         let first = self.choose(TEXTS.len());
         let mut text = TEXTS[first].to_owned();

@@ -254,7 +254,8 @@ fn node(node: &Node, tape: &mut Tape<'_>, depth: usize, text: &mut String) {
             let plain = !piece.contains("]]>") && !piece.contains('\r') && !is_blank(piece);
             match tape.choose(4) {
                 3 if plain => text.push_str(&format!("<![CDATA[{piece}]]>")),
-                2 => piece
+                // No reference may name this one, and some programs write it all the same.
+                2 if !piece.contains('\0') => piece
                     .chars()
                     .for_each(|c| text.push_str(&format!("&#{};", u32::from(c)))),
                 _ => escape_text(piece, text),

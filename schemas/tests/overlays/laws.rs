@@ -61,7 +61,17 @@ fn system() -> impl Strategy<Value = SystemSpec> {
 
 /// Settings of the first component of some system.
 fn settings() -> impl Strategy<Value = Value> {
-    system().prop_map(|system| placement::of(&system.components[0]).write())
+    system().prop_map(|system| in_full(placement::of(&system.components[0]).write()))
+}
+
+/// A plain word of a stand-in is a short form, which no merge of texts knows.
+fn in_full(mut settings: Value) -> Value {
+    if let Some(stand_in) = settings.get_mut("standIn")
+        && stand_in.is_string()
+    {
+        *stand_in = json!({"when": stand_in.take()});
+    }
+    settings
 }
 
 /// Some of the keys, and some of those are taken back.

@@ -145,6 +145,46 @@ fn all_faults_are_told() {
     insta::assert_snapshot!(told(&[spec]));
 }
 
+/// What an overlay says last is held against the profile: once for a line, and nothing is said of what did not come to be.
+#[test]
+fn values_are_held_against_the_profile() {
+    let sets = r#"<rts:ConfigurationSets rts:id="__constraints__"><rts:ConfigurationData rts:name="gain" rts:data="x &lt; 10"/></rts:ConfigurationSets><rts:ConfigurationSets rts:id="__type__"><rts:ConfigurationData rts:name="a/b" rts:data="int"/></rts:ConfigurationSets>"#;
+    let profile = HELLO.replace(
+        "<rts:ExecutionContexts",
+        &format!("{sets}<rts:ExecutionContexts"),
+    );
+    let all = "{components: {'*0': {configuration: {sets: {default: {gain: 20, 'a/b': 1.5}}}}}}";
+    let some = "{components: {Filter0: {configuration: {sets: {default: {gain: 5}}}}}}";
+    let told = |specs: &[&str]| {
+        let overlays = (1..).zip(specs).map(|(number, spec)| {
+            let text = format!("apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec: {spec}\n");
+            overlay::read(&format!("{number}.yaml"), text.as_bytes()).unwrap()
+        });
+        let overlays: Vec<_> = overlays.collect();
+        let loaded = load_with_places("s.xml", profile.as_bytes(), None, &overlays).unwrap();
+        let findings = loaded.report.findings.into_iter();
+        let line = |f: rts_schemas::diagnostic::Finding| {
+            let place = f.place.unwrap();
+            format!("{}:{} {}: {}", place.file, place.column, f.code, f.message)
+        };
+        let lines = findings.map(line);
+        lines
+            .filter(|line| !line.starts_with("s.xml"))
+            .collect::<Vec<_>>()
+    };
+    let type_told = "1.yaml:78 bad-parameter-value: `1.5` of the parameter `a/b` of `Sine0` is no value of its type `int` (as it is of 2 more)";
+    let first = "1.yaml:67 value-outside-constraint: `20` of the parameter `gain` of `Sine0` is outside its constraint (as it is of";
+    assert_eq!(
+        told(&[all]),
+        [format!("{first} 2 more)"), type_told.to_owned()]
+    );
+    assert_eq!(
+        told(&[all, some]),
+        [format!("{first} 1 more)"), type_told.to_owned()]
+    );
+    assert_eq!(told(&[some]), [] as [String; 0]);
+}
+
 #[test]
 fn what_is_only_kept_is_told_and_kept() {
     let spec = "{types: {SineSource: {package: sine, version: '1.2', standIn: true}}, \
@@ -156,16 +196,31 @@ fn what_is_only_kept_is_told_and_kept() {
         .iter()
         .map(|f| (f.code.as_str(), f.place.as_ref().unwrap().column))
         .collect();
-    assert_eq!(codes.len(), 6, "{codes:?}");
+    assert_eq!(codes.len(), 5, "{codes:?}");
     assert!(codes.iter().all(|(code, _)| *code == "not-carried-out"));
     let sine = &loaded.spec.components[0];
     let kept = serde_json::json!([sine.package, sine.stand_in, sine.resources]);
     let expected = serde_json::json!([
         {"name": "sine", "version": "1.2"},
-        "never",
+        {"when": "never"},
         {"cpus": "1-3", "realtimePriority": 50, "memoryLimitBytes": 268_435_456},
     ]);
     assert_eq!(kept, expected);
+}
+
+#[test]
+fn a_stand_in_is_said_in_a_word_or_with_what_it_does() {
+    let specs = [
+        "{types: {SineSource: {standIn: {when: missing, startupTime: 2s}}}}",
+        "{components: {Sine0: {standIn: always}, Filter0: {standIn: {fail: activate}}}}",
+        "{components: {Sine0: {standIn: {startupTime: null, crashAfter: 5s}}}}",
+    ];
+    let loaded = laid(&specs).unwrap();
+    assert_eq!(loaded.report, Report::default());
+    let said = |index: usize| serde_json::json!(loaded.spec.components[index].stand_in);
+    let sine = serde_json::json!({"when": "always", "crashAfterMs": 5000});
+    assert_eq!(said(0), sine);
+    assert_eq!(said(1), serde_json::json!({"fail": "activate"}));
 }
 
 #[test]
@@ -247,7 +302,7 @@ fn an_export_needs_no_overlay() {
         .iter()
         .map(|f| f.code.as_str())
         .collect();
-    assert_eq!(codes, ["not-carried-out"; 3]);
+    assert_eq!(codes, ["not-carried-out"; 2]);
 }
 
 /// So a fault that the controller finds is shown where it was said last.

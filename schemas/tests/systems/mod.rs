@@ -9,8 +9,8 @@ use proptest::sample::select;
 use rts_schemas::system::{
     ComponentSpec, Condition, Configuration, ConnectorSpec, Direction, DriftPolicy,
     ExecutionContextSpec, ExecutionKind, OnDisconnect, OnHang, Orders, Package, Placement, Policy,
-    PortKind, PortRef, PortSpec, Resources, RestartPolicy, SendingTiming, StandIn, SystemSpec,
-    WaitFor,
+    PortKind, PortRef, PortSpec, Resources, RestartPolicy, SendingTiming, StandIn, StandInFault,
+    StandInSpec, SystemSpec, WaitFor,
 };
 
 /// Any text that XML can hold, blanks and line ends at its ends too.
@@ -237,12 +237,30 @@ fn component(instance: String) -> impl Strategy<Value = ComponentSpec> {
 }
 
 /// What is kept, though nothing is done with it.
-fn kept() -> impl Strategy<Value = (Package, StandIn, Resources)> {
+fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
     let package = (
         option::of("[a-z]{1,9}"),
         option::of(select(vec!["1.2", ">=1, <2"])),
     );
-    let stand_in = select(vec![StandIn::Never, StandIn::Missing, StandIn::Always]);
+    let when = option::of(select(vec![
+        StandIn::Never,
+        StandIn::Missing,
+        StandIn::Always,
+    ]));
+    let fail = option::of(select(vec![
+        StandInFault::Initialize,
+        StandInFault::Activate,
+        StandInFault::Execute,
+    ]));
+    let time = || option::of(select(vec![100_u64, 90_000]));
+    let stand_in =
+        (when, time(), fail, time()).prop_map(|(when, startup, fail, crash)| StandInSpec {
+            when,
+            startup_time_ms: startup,
+            fail,
+            crash_after_ms: crash,
+            profile: None,
+        });
     let resources = (
         option::of(select(vec!["0", "2-3", "0-1,5"])),
         option::of(1..=99u8),

@@ -41,7 +41,12 @@ impl Process {
         created: String,
     ) -> Result<At, Failure> {
         let instance = request.instance.clone();
-        let module = self.modules.get(&request.type_name).cloned();
+        let stand_in = request.stand_in.clone().map(|shape| SimModule {
+            ports: shape.ports,
+            parameters: shape.parameters,
+            ..SimModule::new(&request.type_name)
+        });
+        let module = stand_in.or_else(|| self.modules.get(&request.type_name).cloned());
         let module = module.ok_or_else(|| {
             let message = format!("the type `{}` is not loaded", request.type_name);
             refuse(FailureCode::NotFound, message)
@@ -106,6 +111,7 @@ fn component(
         subject,
         type_name: module.type_name,
         ports: module.ports,
+        stand_in: request.stand_in.is_some(),
         system: request.system,
         restarts: request.restarts,
         created,

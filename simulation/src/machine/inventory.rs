@@ -66,6 +66,7 @@ impl Component {
             system: self.system.clone(),
             incarnation: self.subject.incarnation.clone(),
             recreate_hash: self.subject.recreate_hash.clone(),
+            stand_in: self.stand_in,
             restarts: self.restarts,
             created: self.created.clone(),
             state: self.state.name().to_owned(),

@@ -121,6 +121,7 @@ impl LifeCycle {
 pub(super) struct Component {
     pub subject: Subject,
     pub type_name: String,
+    pub stand_in: bool,
     pub ports: Vec<PortInfo>,
     pub system: Option<SystemId>,
     pub restarts: u32,

@@ -187,12 +187,23 @@ fn strangers(processes: &[(&str, Really)], wishes: &BTreeMap<String, Wish>) -> V
     strange
 }
 
+/// What waits for a module whose file is another than when the system was applied: code that nobody applied is not run.
+fn exchanged(system: System) -> Option<String> {
+    let mut waiting = system.status.waiting_on.into_iter();
+    let waits = waiting.find(|w| w.reason.contains("changed since the system was applied"))?;
+    Some(format!("{} was exchanged without an apply", waits.target))
+}
+
 /// Why a system that is not well stays so until a user does something, as its policies say; none when it must come to
 /// be well by itself.
 pub(super) fn excuse(world: &World, wish: &Wish) -> Option<String> {
     let components = &wish.spec.components;
     let of = |name: &str| components.iter().find(|c| c.instance == name);
     let core = world.hosts.controller()?;
+    let shown = core.view.get::<System>(&wish.spec.name);
+    if let Some(exchanged) = shown.and_then(exchanged) {
+        return Some(exchanged);
+    }
     let observed = core.world().observed.clone();
     let known = observed.nodes.values().filter_map(|node| match node {
         NodeObserved::Known(inventory) => Some(inventory),

@@ -270,6 +270,7 @@ fn stored() -> Scenario {
             .map(|c| (c.to_owned(), "local".to_owned()))
             .into(),
         left: [].into(),
+        stand_ins: [].into(),
     };
     scenario.before.systems = [("hello".to_owned(), record)].into();
     scenario

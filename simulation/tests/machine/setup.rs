@@ -109,6 +109,7 @@ pub fn connector(source: &str, from: &str, target: &str, to: &str) -> PlacedConn
         },
         source: end(from),
         target: end(to),
+        undetermined: None,
     }
 }
 
@@ -145,6 +146,7 @@ pub fn node_spec_with(policy: &Policy) -> NodeSpecEnvelope {
             ..ComponentSpec::default()
         },
         manager: manager.to_owned(),
+        stand_in: None,
         module_digest: None,
         recreate_hash: "h".to_owned(),
     };
@@ -199,6 +201,7 @@ pub fn up() -> Batch {
                 execution_kind: ExecutionKind::Periodic,
                 rate: Some(100.0),
                 on_disconnect: Default::default(),
+                stand_in: None,
             },
         ));
     }
@@ -232,6 +235,7 @@ pub fn up() -> Batch {
         gates: Vec::new(),
         deadline_ms: 60_000,
         parallelism: 8,
+        seen: None,
     }
 }
 

@@ -3,6 +3,7 @@
 mod failure;
 mod inventory;
 mod request;
+mod stand_in;
 
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,7 @@ pub use self::inventory::{
     PortInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
+pub use self::stand_in::StandInShape;
 pub use crate::greeting::Greeting;
 
 /// First frame of a manager on a control connection: also its sign of readiness.

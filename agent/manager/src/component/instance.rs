@@ -1,4 +1,4 @@
-//! An instance of a module's type: the only place that calls into a module.
+//! An instance of a component: the only place that calls into a module, or into what stands in for one.
 
 #![allow(unsafe_code)]
 
@@ -12,16 +12,27 @@ use rts_runtime::abi::return_code;
 use super::host::Host;
 use super::lifecycle::callback_name;
 use super::{Busy, Component};
-use crate::module::Functions;
+use crate::module::{Code, Functions};
+use crate::stand_in::StandIn;
 use crate::sync::lock;
 use crate::text::lend;
 
 /// An instance. Stays on the thread that made it; freed on drop.
 pub struct Instance {
+    body: Body,
+    component: Arc<Component>,
+}
+
+enum Body {
+    Library(Made),
+    StandIn(StandIn),
+}
+
+/// What a module made.
+struct Made {
     functions: Functions,
     pointer: *mut c_void,
     host: Host,
-    component: Arc<Component>,
 }
 
 /// A call that did not return OK.
@@ -36,24 +47,12 @@ pub struct CallFailed {
 impl Instance {
     /// Makes an instance.
     pub fn create(component: &Arc<Component>) -> Result<Self, CallFailed> {
-        let functions = component.module.functions;
-        let host = Host::new(component);
-        let mut pointer = ptr::null_mut();
-        let code = during(component, "create", || {
-            // SAFETY: the host lives as long as the instance; `pointer` may be written.
-            unsafe { (functions.create)(host.as_abi(), &raw mut pointer) }
-        });
-        check("create", code, &host)?;
-        if pointer.is_null() {
-            return Err(CallFailed {
-                code: return_code::ERROR,
-                message: "create returned RTC_OK without an instance".to_owned(),
-            });
-        }
+        let body = match &component.module.code {
+            Code::Library(functions) => Body::Library(make(component, *functions)?),
+            Code::StandIn(shape) => Body::StandIn(StandIn::new(shape)),
+        };
         Ok(Self {
-            functions,
-            pointer,
-            host,
+            body,
             component: Arc::clone(component),
         })
     }
@@ -62,28 +61,67 @@ impl Instance {
     pub fn callback(&mut self, number: u32) -> Result<(), CallFailed> {
         let name = callback_name(number);
         self.component.in_ports().for_each(|port| port.begin());
+        let made = match &mut self.body {
+            Body::Library(made) => made,
+            Body::StandIn(stand_in) => {
+                let component = &self.component;
+                let called = during(component, name, || stand_in.callback(component, number));
+                return called.map_err(|why| CallFailed {
+                    code: return_code::ERROR,
+                    message: format!("{name}: {why}"),
+                });
+            }
+        };
         let code = during(&self.component, name, || {
             // SAFETY: the instance was made by this module, lives, and is used by this thread alone.
-            unsafe { (self.functions.callback)(self.pointer, number) }
+            unsafe { (made.functions.callback)(made.pointer, number) }
         });
-        check(name, code, &self.host)
+        check(name, code, &made.host)
     }
 
-    /// Sets a parameter.
+    /// Sets a parameter. To a stand-in it means nothing.
     pub fn configure(&mut self, name: &str, value: &str) -> Result<(), CallFailed> {
+        let Body::Library(made) = &mut self.body else {
+            return Ok(());
+        };
         let code = during(&self.component, "configure", || {
             // SAFETY: as for callbacks; both texts live during the call.
-            unsafe { (self.functions.configure)(self.pointer, lend(name), lend(value)) }
+            unsafe { (made.functions.configure)(made.pointer, lend(name), lend(value)) }
         });
-        check(&format!("parameter `{name}` = `{value}`"), code, &self.host)
+        check(&format!("parameter `{name}` = `{value}`"), code, &made.host)
     }
+}
+
+/// Lets a module make an instance.
+fn make(component: &Arc<Component>, functions: Functions) -> Result<Made, CallFailed> {
+    let host = Host::new(component);
+    let mut pointer = ptr::null_mut();
+    let code = during(component, "create", || {
+        // SAFETY: the host lives as long as the instance; `pointer` may be written.
+        unsafe { (functions.create)(host.as_abi(), &raw mut pointer) }
+    });
+    check("create", code, &host)?;
+    if pointer.is_null() {
+        return Err(CallFailed {
+            code: return_code::ERROR,
+            message: "create returned RTC_OK without an instance".to_owned(),
+        });
+    }
+    Ok(Made {
+        functions,
+        pointer,
+        host,
+    })
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
+        let Body::Library(made) = &self.body else {
+            return;
+        };
         during(&self.component, "destroy", || {
             // SAFETY: the instance was made by this module and is not used again.
-            unsafe { (self.functions.destroy)(self.pointer) }
+            unsafe { (made.functions.destroy)(made.pointer) }
         });
     }
 }

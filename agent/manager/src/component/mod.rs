@@ -66,7 +66,8 @@ pub struct Component {
     status: Mutex<Status>,
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
-    log: LogFile,
+    /// Its log.
+    pub log: LogFile,
     commands: SyncSender<Order>,
     /// The loss of a peer that it has still to act on.
     loss: Mutex<Option<Loss>>,
@@ -304,6 +305,7 @@ impl Component {
             system: identity.system.clone(),
             incarnation: identity.incarnation.clone(),
             recreate_hash: identity.recreate_hash.clone(),
+            stand_in: self.module.is_stand_in(),
             restarts: identity.restarts,
             created: identity.created.clone(),
             state: status.state.name().to_owned(),

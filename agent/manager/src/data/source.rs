@@ -33,7 +33,7 @@ const LOST: u8 = 2;
 /// Counters of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Samples that the component has read.
+    /// Samples that the component has read, each with a higher number than the one before.
     pub received: u64,
     /// Samples dropped from the queue.
     pub drops: u64,
@@ -98,7 +98,10 @@ impl Source {
         if sequence > expected {
             self.gaps.fetch_add(1, Ordering::Relaxed);
         }
-        self.received.fetch_add(1, Ordering::Release);
+        // One that comes twice, or late, is no sample that has arrived.
+        if sequence >= expected {
+            self.received.fetch_add(1, Ordering::Release);
+        }
     }
 
     /// Counts a sample that had to go for another.
@@ -127,6 +130,15 @@ impl Source {
 mod tests {
     use super::*;
     use std::io::Read;
+
+    #[test]
+    fn only_rising_numbers_count_as_received() {
+        let source = Source::new(None);
+        for sequence in [1, 2, 2, 4] {
+            source.count_read(sequence);
+        }
+        assert_eq!((source.counts().received, source.counts().gaps), (3, 1));
+    }
 
     #[test]
     fn a_source_that_died_holds_no_file_descriptor() {

@@ -7,11 +7,11 @@ use std::mem::{offset_of, size_of};
 
 use rts_runtime::abi::{self, ABI_VERSION};
 
-use super::{Direction, Functions, Module, Port};
+use super::{Code, Direction, Functions, Module, Port};
 use crate::text::{self, TextError};
 
 /// Most ports, and most parameters, of a type.
-const MAX_ITEMS: usize = 1024;
+pub(super) const MAX_ITEMS: usize = 1024;
 const MAX_NAME: usize = 256;
 const MAX_VALUE: usize = 64 * 1024;
 
@@ -92,14 +92,15 @@ pub unsafe fn describe(
             type_name: found,
             path: path.to_owned(),
             ports: ports(module)?,
+            listed: Vec::new(),
             parameters: parameters(module)?,
             default_rate: module.default_rate,
-            functions: Functions {
+            code: Code::Library(Functions {
                 create: module.create,
                 destroy: module.destroy,
                 callback: module.callback,
                 configure: module.configure,
-            },
+            }),
             texts: [
                 text("its vendor", module.vendor)?,
                 text("its category", module.category)?,

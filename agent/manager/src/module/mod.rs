@@ -1,4 +1,4 @@
-//! Modules: opening a shared library.
+//! Modules: opening a shared library, or what stands in for one.
 //!
 //! A library is never closed: its threads, destructors and static data may still be in use.
 
@@ -6,13 +6,14 @@
 
 mod descriptor;
 pub mod loading;
+mod stand_in;
 
 use std::collections::BTreeMap;
 use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-use rts_manager_api::control::{ModuleInfo, PortInfo};
+use rts_manager_api::control::{ModuleInfo, PortInfo, StandInShape};
 use rts_runtime::abi::{self, ENTRY, Entry};
 
 use self::descriptor::{DescriptorError, describe};
@@ -37,7 +38,7 @@ pub struct Port {
     pub direction: Direction,
 }
 
-/// A module that was opened, its descriptor checked and copied.
+/// A module that was opened, its descriptor checked and copied; or what a stand-in is made of.
 #[derive(Debug)]
 pub struct Module {
     /// Type name.
@@ -46,13 +47,24 @@ pub struct Module {
     pub path: String,
     /// Ports, by their index in the ABI.
     pub ports: Vec<Port>,
+    /// Ports that nothing can be connected to.
+    listed: Vec<PortInfo>,
     /// Parameters with their defaults.
     pub parameters: BTreeMap<String, String>,
     /// Rate in Hz when nothing else is said.
     pub default_rate: f64,
-    /// Its four functions.
-    pub functions: Functions,
+    /// What its components run.
+    pub code: Code,
     texts: [String; 4],
+}
+
+/// What components run.
+#[derive(Debug)]
+pub enum Code {
+    /// The four functions of a library.
+    Library(Functions),
+    /// Nothing: they stand in for components whose library is not there.
+    StandIn(StandInShape),
 }
 
 /// What a module offers for its instances; valid for the life of the process.
@@ -158,7 +170,13 @@ impl Module {
                 direction: direction(port.direction).to_owned(),
                 data_type: port.data_type.clone(),
             })
+            .chain(self.listed.iter().cloned())
             .collect()
+    }
+
+    /// True for what stands in for a module.
+    pub fn is_stand_in(&self) -> bool {
+        matches!(self.code, Code::StandIn(_))
     }
 }
 

@@ -120,6 +120,7 @@ pub fn unload(manager: &Manager, type_name: &str) -> Result<ResponseBody, Failur
         .components()
         .into_iter()
         .filter(|component| component.module.type_name == type_name)
+        .filter(|component| !component.module.is_stand_in())
         .map(|component| component.identity.instance.clone())
         .collect();
     if !users.is_empty() {

@@ -11,8 +11,9 @@ use std::time::Instant;
 use rts_manager_api::control::{CreateRequest, Failure, RequestBody, ResponseBody};
 
 use crate::component::{self, Action, policy};
-use crate::failure::{list, not_found};
+use crate::failure::{invalid, list, not_found};
 use crate::manager::Manager;
+use crate::module::Module;
 use crate::sync::lock;
 
 /// Carries out a request. Comes back by the deadline.
@@ -95,16 +96,24 @@ fn create(
     request: &CreateRequest,
     deadline: Instant,
 ) -> Result<ResponseBody, Failure> {
-    let module = {
-        let modules = lock(&manager.modules);
-        modules.get(&request.type_name).cloned().ok_or_else(|| {
-            not_found(format!(
-                "the type `{}` is not loaded; loaded are: {}",
-                request.type_name,
-                list(modules.keys().map(String::as_str))
-            ))
-        })?
+    let module = match &request.stand_in {
+        Some(shape) => {
+            let made = Module::stand_in(&request.type_name, shape);
+            let name = &request.instance;
+            Arc::new(made.map_err(|e| invalid(format!("the stand-in for {name}: {e}")))?)
+        }
+        None => loaded(manager, &request.type_name)?,
     };
     let incarnation = component::spawn(manager, module, request, deadline)?;
     Ok(ResponseBody::Created { incarnation })
+}
+
+fn loaded(manager: &Manager, type_name: &str) -> Result<Arc<Module>, Failure> {
+    let modules = lock(&manager.modules);
+    modules.get(type_name).cloned().ok_or_else(|| {
+        not_found(format!(
+            "the type `{type_name}` is not loaded; loaded are: {}",
+            list(modules.keys().map(String::as_str))
+        ))
+    })
 }

@@ -123,6 +123,7 @@ impl Running {
             rate: None,
             log_path: self.log_path(instance).display().to_string(),
             on_disconnect: None,
+            stand_in: None,
         })
     }
 

@@ -10,7 +10,7 @@ use crate::show::progress;
 const ENDS: usize = 3;
 
 /// The error, with what is missing in few words.
-pub(super) fn partly(system: &System, waiting: &[Waiting]) -> CliError {
+pub fn partly(system: &System, waiting: &[Waiting]) -> CliError {
     let status = &system.status;
     let mut required = waiting.iter().filter(|w| w.required);
     let summary = if status.active < status.components {

@@ -15,7 +15,7 @@ const SILENCE: Duration = Duration::from_secs(5);
 const PAUSE: Duration = Duration::from_millis(200);
 
 /// Sends the system. It may be sent again, so a controller that dies meanwhile is given time to come back.
-pub(super) async fn put(input: &Input, controller: &Controller) -> Result<ApplyResult, CliError> {
+pub async fn put(input: &Input, controller: &Controller) -> Result<ApplyResult, CliError> {
     let what = format!("apply system/{}", input.request.spec.name);
     let end = Instant::now() + SILENCE;
     let mut again = false;

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use rts_schemas::check::{self, System};
+use rts_schemas::check;
 use rts_schemas::diagnostic::Report;
 use rts_schemas::overlay::{self, Overlay};
 use rts_schemas::rtc_profile;
 
-use super::{cycles, library};
+use super::cycles;
 use crate::error::CliError;
 use crate::input::{is_stdin, read, shown};
+use crate::library;
 use crate::output::Output;
 
 /// What is checked together.
@@ -42,7 +43,7 @@ impl Files<'_> {
         let overlays: Vec<Option<Result<Overlay, Report>>> = self
             .overlays
             .iter()
-            .map(|path| Some(overlay::read(&shown(path), &bytes(path)?)))
+            .map(|path| Some(overlay::read_any(&shown(path), &bytes(path)?)))
             .collect();
         let mut rtc = Report::default();
         let library = library::read(self.rtc, &mut bytes, &mut rtc, out);
@@ -53,23 +54,27 @@ impl Files<'_> {
             .filter_map(|overlay| overlay.as_ref().ok().cloned())
             .collect();
         let mut report = Report::default();
-        let mut laid = Vec::new();
+        let mut laid: Vec<Report> = usable.iter().map(|o| o.findings.clone()).collect();
         if let Some(bytes) = profile {
             let name = shown(self.profile);
-            match check::system(&name, &bytes, self.name, &usable) {
+            match check::system(&name, &bytes, self.name, &usable, Some(&library)) {
                 Ok(mut system) => {
-                    let mut own = std::mem::take(&mut system.report);
-                    own.extend(whole(&system, &self.nodes));
+                    system.add(cycles::cycles(&system));
+                    let nodes = (!self.nodes.is_empty()).then_some(self.nodes.as_slice());
+                    system.add(check::placed(&system, nodes));
                     if !self.rtc.is_empty() {
                         let (against, used) = check::against(&system.read, &library);
-                        own.extend(against);
+                        system.add(against);
                         let profiles = library.profiles();
                         let used = used.iter().filter_map(|index| profiles.get(*index));
                         used.for_each(|profile| rtc.extend(check::rtc_profile(profile)));
                     }
-                    own.sort_by_place();
-                    report.extend(own);
-                    laid = system.overlays;
+                    report.extend(system.report);
+                    laid = system
+                        .overlays
+                        .into_iter()
+                        .map(|(_, report)| report)
+                        .collect();
                 }
                 Err(fault) => report.extend(alone(&name, &bytes, fault)),
             }
@@ -84,17 +89,6 @@ impl Files<'_> {
         report.extend(rtc);
         Ok((report, unreadable))
     }
-}
-
-/// What can be seen only of the whole system with its overlays.
-fn whole(system: &System, nodes: &[&str]) -> Report {
-    let Some(spec) = &system.spec else {
-        return Report::default();
-    };
-    let mut report = cycles::cycles(&system.read, spec);
-    let known = (!nodes.is_empty()).then_some(nodes);
-    report.extend(check::placed(&system.read, spec, known));
-    report
 }
 
 /// Another document than an RTS Profile may be an RTC Profile.

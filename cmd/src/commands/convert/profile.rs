@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use rts_schemas::diagnostic::{Finding, Report};
+use rts_schemas::diagnostic::{Finding, Report, Source};
 use rts_schemas::form::{Around, Form, Format, comments};
 use rts_schemas::rtc_profile::forms::WORDS as RTC_WORDS;
 use rts_schemas::rts_profile::ReadProfile;
 use rts_schemas::rts_profile::forms::WORDS as RTS_WORDS;
 use rts_schemas::xml::Node;
-use rts_schemas::{form, rtc_profile, rts_profile};
+use rts_schemas::{form, rtc_profile, rts_profile, yaml};
 
 use super::{Args, Made};
 use crate::error::CliError;
@@ -61,7 +61,7 @@ fn unreadable(path: &Path, report: &Report, out: &Output) -> CliError {
     }
 }
 
-fn system(args: &Args, read: ReadProfile, asked: Option<Format>) -> Result<Made, CliError> {
+fn system(args: &Args, mut read: ReadProfile, asked: Option<Format>) -> Result<Made, CliError> {
     if args.rtc_version.is_some() {
         let help = "`--profile-version` is for an RTS Profile";
         return Err(CliError::usage_help(
@@ -71,6 +71,7 @@ fn system(args: &Args, read: ReadProfile, asked: Option<Format>) -> Result<Made,
     }
     let format = asked.unwrap_or(read.format);
     let mut report = read.findings.clone();
+    read.keep_remarks();
     let (shape, around) = match args.profile_version {
         None => (read.shape, read.around),
         Some(version) => {
@@ -79,9 +80,13 @@ fn system(args: &Args, read: ReadProfile, asked: Option<Format>) -> Result<Made,
             (shape, around)
         }
     };
-    report
-        .findings
-        .extend(commented(read.format, format, shape.form(), &around));
+    report.findings.extend(commented(
+        read.format,
+        format,
+        &read.source,
+        shape.form(),
+        &around,
+    ));
     Ok(Made {
         text: form::format(shape.form(), &around, &RTS_WORDS, format),
         overlay: None,
@@ -91,7 +96,7 @@ fn system(args: &Args, read: ReadProfile, asked: Option<Format>) -> Result<Made,
 
 fn component(
     args: &Args,
-    read: rtc_profile::ReadRtcProfile,
+    mut read: rtc_profile::ReadRtcProfile,
     asked: Option<Format>,
 ) -> Result<Made, CliError> {
     if args.profile_version.is_some() {
@@ -103,6 +108,7 @@ fn component(
     }
     let format = asked.unwrap_or(read.format);
     let mut report = read.findings.clone();
+    read.keep_remarks();
     let profile = match args.rtc_version {
         None => read.profile,
         Some(version) => {
@@ -111,9 +117,13 @@ fn component(
             profile
         }
     };
-    report
-        .findings
-        .extend(commented(read.format, format, &profile, &read.around));
+    report.findings.extend(commented(
+        read.format,
+        format,
+        &read.source,
+        &profile,
+        &read.around,
+    ));
     Ok(Made {
         text: form::format(&profile, &read.around, &RTC_WORDS, format),
         overlay: None,
@@ -121,22 +131,33 @@ fn component(
     })
 }
 
-/// Comments of XML are no part of the YAML.
-fn commented(from: Format, to: Format, form: &dyn Form, around: &Around) -> Option<Finding> {
-    if (from, to) != (Format::Xml, Format::Yaml) {
+/// Comments are no part of YAML that is written.
+fn commented(
+    from: Format,
+    to: Format,
+    source: &Source,
+    form: &dyn Form,
+    around: &Around,
+) -> Option<Finding> {
+    if to != Format::Yaml {
         return None;
     }
     let outer = around.before.iter().chain(&around.after);
     let outer = outer.filter(|node| matches!(node, Node::Comment(_) | Node::Instruction(_)));
     let count = comments(form) + outer.count();
+    let (name, help, place) = match from {
+        Format::Xml => ("XML", "keep the XML too", None),
+        Format::Yaml => (
+            "old YAML",
+            "keep the old file too, or write XML (`--to xml`), which has them",
+            yaml::first_comment(source),
+        ),
+    };
+    let have = if count == 1 { "has" } else { "have" };
     let message = format!(
-        "{} of the XML has no place in the YAML",
+        "{} of the {name} {have} no place in the YAML",
         plural("comment", count)
     );
-    let message = if count == 1 {
-        message
-    } else {
-        message.replace(" has no", " have no")
-    };
-    (count > 0).then(|| Finding::warning("comments-left-out", message).help("keep the XML too"))
+    let finding = Finding::warning("comments-left-out", message);
+    (count > 0).then(|| finding.at(place).help(help))
 }

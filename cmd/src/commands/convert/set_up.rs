@@ -6,19 +6,18 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use rts_schemas::diagnostic::Report;
 use rts_schemas::form::Format;
+use rts_schemas::names;
 use rts_schemas::rtc_conf::{self, Options, SIZE_LIMIT, Sources};
 use rts_schemas::rtc_profile::forms::RtcProfile;
-use rts_schemas::{names, rtc_profile};
 
 use super::{Args, Made, is_conf};
 use crate::error::CliError;
 use crate::input;
-
-/// Most files that are looked at in a folder of RTC Profiles.
-const FILES: usize = 1000;
+use crate::library;
+use crate::output::Output;
 
 /// Converts them into one system.
-pub(super) fn convert(args: &Args) -> Result<Made, CliError> {
+pub(super) fn convert(args: &Args, out: &Output) -> Result<Made, CliError> {
     if let Some(other) = args.files.iter().find(|file| !is_conf(file)) {
         let message = format!(
             "{} is no rtc.conf, and is not converted together with one",
@@ -55,11 +54,8 @@ pub(super) fn convert(args: &Args) -> Result<Made, CliError> {
         .iter()
         .map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
         .collect();
-    let types = match &args.rtc {
-        Some(folder) => types(folder)?,
-        None => Vec::new(),
-    };
     let mut report = Report::default();
+    let types = types(args.rtc.as_slice(), &mut report, out)?;
     let setup = rtc_conf::load(&named, &Disk, &mut report);
     let name = args
         .name
@@ -109,40 +105,21 @@ impl Sources for Disk {
     }
 }
 
-/// The RTC Profiles in a folder, and in its folders: `rtc/Motor/RTC.xml`. Other files are left alone.
-fn types(folder: &Path) -> Result<Vec<RtcProfile>, CliError> {
-    let mut files = Vec::new();
-    for path in listed(folder)? {
-        match path.is_dir() {
-            true => files.extend(listed(&path)?.into_iter().filter(|path| path.is_file())),
-            false => files.push(path),
-        }
-    }
-    let is_profile = |path: &PathBuf| {
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        path.is_file() && ending.is_some_and(|ending| matches!(ending, "xml" | "yaml" | "yml"))
+/// The RTC Profiles in a folder, found as `check` finds them.
+fn types(
+    folder: &[PathBuf],
+    report: &mut Report,
+    out: &Output,
+) -> Result<Vec<RtcProfile>, CliError> {
+    let mut unreadable = None;
+    let mut bytes = |path: &Path| {
+        let read = input::read(path);
+        read.map_err(|error| unreadable.get_or_insert(error)).ok()
     };
-    files.retain(is_profile);
-    files.truncate(FILES);
-    let mut types = Vec::new();
-    for path in files {
-        if let Ok(read) = rtc_profile::read(&input::shown(&path), &input::read(&path)?) {
-            types.push(read.profile);
-        }
+    let library = library::read(folder, &mut bytes, report, out);
+    if let Some(error) = unreadable {
+        return Err(error);
     }
-    Ok(types)
-}
-
-fn listed(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let failed = |source| CliError::Read {
-        path: folder.to_owned(),
-        source,
-    };
-    let entries = std::fs::read_dir(folder).map_err(failed)?;
-    let paths = entries
-        .take(FILES)
-        .map(|entry| entry.map(|entry| entry.path()));
-    let mut paths: Vec<PathBuf> = paths.collect::<Result<_, _>>().map_err(failed)?;
-    paths.sort();
-    Ok(paths)
+    let profiles = library.profiles().iter();
+    Ok(profiles.map(|read| read.profile.clone()).collect())
 }

@@ -45,6 +45,8 @@ pub(super) async fn start_agent(
     command.arg("--home").arg(home.path());
     command.arg("--node").arg(&node.name);
     command.arg("--controller").arg(home.controller_socket());
+    // What a component starts can be told to be of this home, wherever it goes.
+    command.env("RTSCTL_HOME", home.path());
     for host in node.hosts() {
         command.arg("--alias").arg(host);
     }

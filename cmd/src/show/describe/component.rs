@@ -37,7 +37,7 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     );
     page.line("Incarnation", &status.incarnation);
     if status.stand_in {
-        page.line("Stand-in", "true");
+        page.line("Stand-in", "true (none of its own code runs)");
     }
     let rate = status.rate.map(|rate| format!("{rate} Hz"));
     page.line("Rate", rate.unwrap_or_default());

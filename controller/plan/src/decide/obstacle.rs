@@ -76,7 +76,7 @@ impl<'a> Decider<'_, 'a> {
         if process.is_none() {
             targets.push(target::manager(want.key));
         }
-        if !loaded {
+        if !loaded && want.placed.stand_in.is_none() {
             targets.push(target::package(type_name, want.node));
             targets.push(target::module(type_name, want.key));
         }

@@ -23,6 +23,7 @@ pub(super) fn wanted(want: &Want<'_>) -> Vec<FieldChange> {
         execution_kind: spec.execution_context.kind,
         rate: spec.execution_context.rate,
         on_disconnect: spec.policy.on_disconnect,
+        stand_in: want.placed.stand_in.is_some(),
     })
 }
 

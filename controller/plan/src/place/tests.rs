@@ -26,6 +26,7 @@ fn system(name: &str, components: serde_json::Value) -> StoredSystem {
         },
         spec: serde_json::from_value(spec).unwrap(),
         module_digests: BTreeMap::from([("T".to_owned(), "abc".to_owned())]),
+        stand_ins: Default::default(),
         deleting: false,
     }
 }
@@ -152,7 +153,7 @@ fn a_system_that_goes_keeps_its_nodes_and_orders_but_nothing_else() {
 
 #[test]
 fn hash_covers_what_cannot_change_in_place() {
-    let hash = |t, d, m, k| recreate_hash(t, d, m, k);
+    let hash = |t, d, m, k| recreate_hash(t, d, m, k, None);
     let first = hash("T", Some("abc"), "main", ExecutionKind::Periodic);
     assert_eq!(first.len(), 16);
     let others = [

@@ -1,5 +1,6 @@
 //! What a step does.
 
+use rts_schemas::stand_in::Shape;
 use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -50,6 +51,9 @@ pub enum Work {
         /// What it does by itself when a peer is lost.
         #[serde(default)]
         on_disconnect: OnDisconnect,
+        /// What is made in its place; none for the component itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stand_in: Option<Shape>,
     },
     /// Set configuration values, the active set and the rate of a component in place.
     Configure {

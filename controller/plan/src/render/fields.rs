@@ -58,6 +58,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             execution_kind,
             rate,
             on_disconnect,
+            stand_in,
             ..
         } => Some(component(&Made {
             node: &step.node,
@@ -67,6 +68,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             execution_kind: *execution_kind,
             rate: *rate,
             on_disconnect: *on_disconnect,
+            stand_in: stand_in.is_some(),
         })),
         Work::Connect { connector } => Some(self::connector(&connector.spec)),
         _ => None,
@@ -82,6 +84,7 @@ pub(crate) struct Made<'a> {
     pub execution_kind: ExecutionKind,
     pub rate: Option<f64>,
     pub on_disconnect: OnDisconnect,
+    pub stand_in: bool,
 }
 
 /// The same as fields, all new.
@@ -91,6 +94,9 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
         added("node", made.node),
         added("manager", made.manager),
     ];
+    if made.stand_in {
+        fields.push(added("standIn", "true"));
+    }
     if made.execution_kind != ExecutionKind::Periodic {
         fields.push(added("executionKind", format!("{:?}", made.execution_kind)));
     }

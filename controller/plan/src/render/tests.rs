@@ -108,6 +108,7 @@ fn create() -> Work {
         execution_kind: ExecutionKind::Periodic,
         rate: Some(100.0),
         on_disconnect: OnDisconnect::Deactivate,
+        stand_in: None,
     }
 }
 
@@ -138,6 +139,7 @@ fn connect() -> Work {
             },
             source: place.clone(),
             target: place,
+            undetermined: None,
         },
     }
 }

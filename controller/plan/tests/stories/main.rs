@@ -11,6 +11,7 @@ mod heals;
 mod mends;
 mod orders;
 mod script;
+mod stand_ins;
 mod story;
 mod transcripts;
 #[path = "../world/mod.rs"]

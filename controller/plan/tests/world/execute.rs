@@ -268,6 +268,7 @@ impl World {
             execution_kind,
             rate,
             on_disconnect,
+            stand_in,
             ..
         } = &step.work
         else {
@@ -292,15 +293,16 @@ impl World {
         component.configuration.clone_from(configuration);
         component.execution_kind = *execution_kind;
         component.on_disconnect = *on_disconnect;
+        component.stand_in = stand_in.is_some();
         component.rate = rate.unwrap_or(component.rate);
         let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
         check(
-            manager.modules.contains(type_name),
+            component.stand_in || manager.modules.contains(type_name),
             "its module is not loaded",
         )?;
         check(
-            manager.opened.get(type_name) == wanted.as_ref(),
+            component.stand_in || manager.opened.get(type_name) == wanted.as_ref(),
             "its process has other code for it",
         )?;
         manager.components.push(component);

@@ -291,6 +291,7 @@ impl World {
             system,
             incarnation: format!("c{number}"),
             recreate_hash: recreate_hash.to_owned(),
+            stand_in: false,
             state: LifeCycleState::Inactive,
             message: None,
             restarts: 0,

@@ -113,6 +113,7 @@ pub fn stored(spec: SystemSpec) -> StoredSystem {
             .map(|t| (t.clone(), format!("digest-{t}-0")))
             .collect(),
         spec,
+        stand_ins: Default::default(),
         deleting: false,
     }
 }

@@ -14,7 +14,7 @@ use rts_plan::observed::{ComponentObserved, Held, Inventory, ManagerObserved, Po
 use rts_schemas::system::{Direction, PortKind};
 use tokio::sync::watch;
 
-use super::carry_out;
+use super::carry_out::{self, Told};
 
 /// An agent and its node.
 pub struct FakeAgent {
@@ -53,6 +53,10 @@ pub struct State {
     pub step_time: Duration,
     /// `KIND target` → how long that takes.
     pub slow_steps: BTreeMap<String, Duration>,
+    /// Results of so many batches are lost on the way, without an end.
+    pub lost_results: u32,
+    /// Plan id → what its batch has told.
+    pub batches: BTreeMap<String, Arc<Told>>,
     /// Steps that were carried out, as `KIND target`.
     pub done: Vec<String>,
     pub incarnations: u64,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use futures_util::stream;
 use rts_agent_api::BatchEvents;
 use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
 use rts_plan::desired::ManagerKey;
@@ -11,41 +12,63 @@ use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
 };
 use rts_plan::plan::{Step, Work};
-use tokio::sync::mpsc;
-use tokio_stream::wrappers::UnboundedReceiverStream;
+use tokio::sync::watch;
 
 use super::agent::{FakeAgent, News, State};
 
-/// Runs a batch; the stream may be dropped without ending it.
+/// What a batch has told so far.
+pub type Told = watch::Sender<Vec<BatchEvent>>;
+
+/// Runs a batch, or tells again what the very same one has told; the stream may be dropped without ending it.
 pub fn batch(agent: Arc<FakeAgent>, batch: Batch) -> BatchEvents {
-    let (tell, told) = mpsc::unbounded_channel();
-    tokio::spawn(async move {
-        let _ = tell.send(Ok(BatchEvent::Accepted {
-            api_version: "rtsctl.dev/v1".into(),
-            plan_id: batch.plan_id.clone(),
-        }));
-        let mut outcomes: BTreeMap<u32, bool> = BTreeMap::new();
-        let own: BTreeSet<u32> = batch.steps.iter().map(|s| s.id).collect();
-        for step in &batch.steps {
-            let outcome = match ready(&agent, &batch, step, &own, &outcomes).await {
-                Ok(()) => {
-                    let _ = tell.send(Ok(BatchEvent::Started { step: step.id }));
-                    let time = time_of(&agent, step);
-                    tokio::time::sleep(time).await;
-                    perform(&agent, step)
-                }
-                Err(outcome) => outcome,
-            };
-            outcomes.insert(step.id, outcome == StepOutcome::Succeeded);
-            let _ = tell.send(Ok(BatchEvent::Finished {
-                step: step.id,
-                outcome,
-                micros: 1,
-            }));
-        }
-        let _ = tell.send(Ok(BatchEvent::End));
+    let mut state = agent.state.lock().unwrap();
+    let told = state
+        .batches
+        .entry(batch.plan_id.clone())
+        .or_insert_with(|| {
+            let told = Arc::new(Told::default());
+            tokio::spawn(run(Arc::clone(&agent), batch, Arc::clone(&told)));
+            told
+        });
+    let events = (told.subscribe(), 0);
+    if state.lost_results > 0 {
+        state.lost_results -= 1;
+        return Box::pin(stream::pending());
+    }
+    Box::pin(stream::unfold(events, |(mut told, next)| async move {
+        let seen = told.wait_for(|told| told.len() > next).await.ok()?;
+        let event = seen[next].clone();
+        drop(seen);
+        Some((Ok(event), (told, next + 1)))
+    }))
+}
+
+async fn run(agent: Arc<FakeAgent>, batch: Batch, told: Arc<Told>) {
+    let tell = |event| told.send_modify(|told| told.push(event));
+    tell(BatchEvent::Accepted {
+        api_version: "rtsctl.dev/v1".into(),
+        plan_id: batch.plan_id.clone(),
     });
-    Box::pin(UnboundedReceiverStream::new(told))
+    let mut outcomes: BTreeMap<u32, bool> = BTreeMap::new();
+    let own: BTreeSet<u32> = batch.steps.iter().map(|s| s.id).collect();
+    for step in &batch.steps {
+        let outcome = match ready(&agent, &batch, step, &own, &outcomes).await {
+            Ok(()) => {
+                tell(BatchEvent::Started { step: step.id });
+                let time = time_of(&agent, step);
+                tokio::time::sleep(time).await;
+                perform(&agent, step)
+            }
+            Err(outcome) => outcome,
+        };
+        outcomes.insert(step.id, outcome == StepOutcome::Succeeded);
+        tell(BatchEvent::Finished {
+            step: step.id,
+            outcome,
+            micros: 1,
+        });
+    }
+    tell(BatchEvent::End);
 }
 
 fn time_of(agent: &FakeAgent, step: &Step) -> std::time::Duration {
@@ -160,12 +183,14 @@ fn change(state: &mut State, step: &Step) {
             execution_kind,
             rate,
             on_disconnect,
+            stand_in,
         } => at(state, &manager).components.push(ComponentObserved {
             instance,
             type_name,
             system: step.system.clone(),
             incarnation,
             recreate_hash,
+            stand_in: stand_in.is_some(),
             state: LifeCycleState::Inactive,
             message: None,
             restarts: 0,

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::{Type, said_by, severity};
 use crate::check::library::Found;
-use crate::check::parameters::{inside, of_type};
+use crate::check::parameters::fault;
 use crate::check::rtc::rule_of;
 use crate::check::sink::{Sink, said};
-use crate::diagnostic::Severity;
+use crate::diagnostic::{Finding, Severity};
 use crate::rtc_profile::forms::Configuration;
 use crate::rts_profile::model::{Component, Port};
 use crate::rts_profile::{data_type_of, direction_of, execution_kind, is_pseudo_set, parse_rate};
@@ -108,15 +108,16 @@ fn port(
     }
 }
 
+/// The parameters that an RTC Profile declares, by their names.
+pub(in crate::check) fn declared(found: Found<'_>) -> HashMap<&str, &Configuration> {
+    let sets = found.profile.profile.configuration_set.iter();
+    let all = sets.flat_map(|set| &set.configurations);
+    all.filter_map(|parameter| Some((parameter.name.as_ref()?.trimmed(), parameter)))
+        .collect()
+}
+
 fn parameters(sink: &mut Sink<'_>, component: &Component, found: Found<'_>) {
-    let Some(set) = &found.profile.profile.configuration_set else {
-        return;
-    };
-    let known: HashMap<&str, &Configuration> = set
-        .configurations
-        .iter()
-        .filter_map(|parameter| Some((parameter.name.as_ref()?.trimmed(), parameter)))
-        .collect();
+    let known = declared(found);
     if known.is_empty() {
         return;
     }
@@ -154,21 +155,22 @@ fn parameters(sink: &mut Sink<'_>, component: &Component, found: Found<'_>) {
         let Some(value) = &parameter.value else {
             continue;
         };
-        if let Some(data_type) = said(&declared.data_type)
-            && !of_type(
-                sink,
-                Severity::Warning,
-                name.trimmed(),
-                value,
-                &data_type.value,
-            )
-        {
-            continue;
-        }
-        if let Some(rule) = declared.constraint.as_deref().and_then(|c| rule_of(c).ok()) {
-            inside(sink, name.trimmed(), value, &rule);
+        let what = format!("the parameter `{}`", name.trimmed());
+        if let Some(finding) = value_fault(&what, &value.value, declared) {
+            sink.push(finding, value.span);
         }
     }
+}
+
+/// What is wrong with a value of a parameter, as its RTC Profile has it.
+pub(in crate::check) fn value_fault(
+    what: &str,
+    value: &str,
+    declared: &Configuration,
+) -> Option<Finding> {
+    let data_type = said(&declared.data_type).map(|text| text.value.as_str());
+    let rule = declared.constraint.as_deref().and_then(|c| rule_of(c).ok());
+    fault(what, value, data_type, rule.as_ref())
 }
 
 fn context(sink: &mut Sink<'_>, component: &Component, found: Found<'_>) {

@@ -2,10 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::super::parameters::{inside, of_type, widget};
+use super::super::parameters::{fault, widget};
 use super::super::sink::{Sink, said};
 use super::rule_of;
-use crate::diagnostic::Severity;
 use crate::rtc_profile::forms::{Configuration, ConfigurationSet};
 use crate::span::Text;
 
@@ -59,12 +58,9 @@ fn parameter(sink: &mut Sink<'_>, parameter: &Configuration, name: &str) {
     let Some(value) = &parameter.default_value else {
         return;
     };
-    if let Some(data_type) = said(&parameter.data_type)
-        && !of_type(sink, Severity::Warning, name, value, &data_type.value)
-    {
-        return;
-    }
-    if let Some(rule) = &rule {
-        inside(sink, name, value, rule);
+    let what = format!("the parameter `{name}`");
+    let data_type = said(&parameter.data_type).map(|text| text.value.as_str());
+    if let Some(finding) = fault(&what, &value.value, data_type, rule.as_ref()) {
+        sink.push(finding, value.span);
     }
 }

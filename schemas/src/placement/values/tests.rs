@@ -113,8 +113,35 @@ fn packages_and_versions_are_plain() {
         );
     }
     refused::<PackageName>(&["", "a b", "../x", "a\nb", "ü"]);
-    for version in ["1.2", "1.2.0-rc.1+5", ">=1.2, <2", "^1", "2:1.0~rc1", "*"] {
+    for version in [
+        "1.2",
+        "1.0",
+        "2",
+        "2.0.0-RELEASE",
+        "1.2.0-rc.1+5",
+        ">=1.2, <2",
+        "> 1.0,<=1.9.9",
+        "^1",
+        "~1.2",
+        "=1.2.3",
+        "1.*",
+        "*",
+    ] {
         assert_eq!(read::<VersionRange>(version).as_deref(), Some(version));
     }
-    refused::<VersionRange>(&["", "1.2;", "$(x)"]);
+    refused::<VersionRange>(&[
+        "",
+        "abc",
+        "1.2;",
+        "$(x)",
+        "latest",
+        "1.2.3.4",
+        "2:1.0~rc1",
+        ">=",
+        "1.2,",
+        ",",
+        "=>1",
+        "v1",
+        "-1",
+    ]);
 }

@@ -115,6 +115,7 @@ impl<'a> Made<'a> {
             properties: type_property.into_iter().chain(others).collect(),
             ..forms::Component::default()
         };
+        self.composite(component, ids, &mut form);
         self.ports(
             component,
             ends.get(instance).map_or(&[], Vec::as_slice),

@@ -94,7 +94,8 @@ impl<'a> Made<'a> {
     fn end(&mut self, manager: &Manager, item: &'a Preconnect, port: &'a Port) -> Option<End<'a>> {
         let component = self.resolve(&port.instance);
         if component.is_none() {
-            self.unknown(manager, &port.instance, item.span, "the connection");
+            let place = manager.conf.place(item.span);
+            self.unknown(place, &port.instance, "the connection");
         }
         Some(End {
             component: component?,

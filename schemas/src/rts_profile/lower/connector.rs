@@ -233,8 +233,8 @@ fn properties(connector: &Connector) -> BTreeMap<String, String> {
     all
 }
 
-/// What a running system left behind (references), what an editor draws by, and the type and the name, which
-/// have their own fields.
+/// What a running system left behind (references), what an editor draws by, what a newer version kept, and the type and
+/// the name, which have their own fields.
 fn is_transient(name: &str, value: &str) -> bool {
     const NAMES: [&str; 11] = [
         "dataport.corba_cdr.inport_ior",
@@ -250,7 +250,8 @@ fn is_transient(name: &str, value: &str) -> bool {
         "",
     ];
     let empty_mark = value.is_empty() && matches!(name, "dataport.inport" | "dataport.outport");
-    NAMES.contains(&name) || empty_mark || value.starts_with("IOR:")
+    let kept = name.starts_with(crate::rts_profile::versions::kept::PREFIX);
+    NAMES.contains(&name) || empty_mark || kept || value.starts_with("IOR:")
 }
 
 #[cfg(test)]

@@ -1,29 +1,41 @@
 //! Where in the file each part of the one model stands, so that a fault that is found later can show the line.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::order;
 use crate::diagnostic::Place;
+use crate::placement::{self, PREFIX};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{Component, OrderKind};
 use crate::span::Span;
 use crate::system::SystemSpec;
 
-/// JSON pointer into a `SystemSpec` (`/components/0`) → place in the profile.
+/// JSON pointer into a `SystemSpec` (`/components/0`) → place in the profile, or in the overlay that said it last.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Places(BTreeMap<String, Place>);
+pub struct Places {
+    all: BTreeMap<String, Place>,
+    /// Pointers to what overlays said.
+    laid: BTreeSet<String>,
+}
 
 impl Places {
-    /// The place of a part from now on.
+    /// The place of a part that an overlay says, from now on.
     pub fn put(&mut self, pointer: String, place: Place) {
-        self.0.insert(pointer, place);
+        self.laid.insert(pointer.clone());
+        self.all.insert(pointer, place);
+    }
+
+    /// Pointers to what overlays said, with the last place of each, in the order of the pointers.
+    pub fn laid(&self) -> impl Iterator<Item = (&str, &Place)> {
+        let laid = self.laid.iter();
+        laid.filter_map(|pointer| Some((pointer.as_str(), self.all.get(pointer)?)))
     }
 
     /// The place of a pointer, else of the nearest part around it that has one.
     pub fn find(&self, pointer: &str) -> Option<&Place> {
         let mut pointer = pointer;
         loop {
-            if let Some(place) = self.0.get(pointer) {
+            if let Some(place) = self.all.get(pointer) {
                 return Some(place);
             }
             pointer = pointer.rsplit_once('/')?.0;
@@ -70,7 +82,10 @@ pub(crate) fn places(read: &ReadProfile, spec: &SystemSpec) -> Places {
         collect.add(at, connector.span);
     }
     collect.orders();
-    Places(collect.places)
+    Places {
+        all: collect.places,
+        laid: BTreeSet::new(),
+    }
 }
 
 struct Collect<'a> {
@@ -101,6 +116,14 @@ impl Collect<'_> {
         }
         if let Some(active) = &component.active_configuration_set {
             self.add(format!("{at}/configuration/active"), active.span);
+        }
+        for property in &component.properties {
+            if let (Some(name), Some(value)) = (&property.name, &property.value)
+                && let Some(key) = name.trimmed().strip_prefix(PREFIX)
+            {
+                let path: Vec<&str> = key.split('.').collect();
+                self.add(format!("{at}/{}", placement::pointer(&path)), value.span);
+            }
         }
         for set in &component.configuration_sets {
             let Some(id) = &set.id else { continue };
@@ -152,6 +175,11 @@ fn key(kind: OrderKind) -> &'static str {
         OrderKind::Initializing => "initializing",
         OrderKind::Finalizing => "finalizing",
     }
+}
+
+/// The text of a part of a JSON pointer: the other way round than [`escaped`].
+pub(crate) fn unescaped(part: &str) -> String {
+    part.replace("~1", "/").replace("~0", "~")
 }
 
 /// One part of a JSON pointer (RFC 6901).

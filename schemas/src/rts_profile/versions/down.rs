@@ -1,54 +1,37 @@
 //! 0.2 → 0.1.
 
+mod connectors;
+
 use std::collections::HashMap;
 
-use super::{Lost, by_name, composite, instance};
-use crate::form::{each_text, take_fields};
+use super::kept::keep;
+use super::ports::Typed;
+use super::{by_name, composite};
+use crate::form::{Stray, each_text, take_fields};
 use crate::names::id_with_dots;
 use crate::rts_profile::forms::{
-    Component, Condition, DataPort, DataPortConnector, Order, Participants, Preceding, Profile,
-    ServicePort, ServicePortConnector, TargetComponent, TargetExecutionContext, TargetPort, v01,
+    Component, Condition, DataPort, Order, Participants, Preceding, Profile, ServicePort,
+    TargetComponent, TargetExecutionContext, v01,
 };
-use crate::rts_profile::parse_whole;
 use crate::span::{Span, Text};
 
-/// What version 0.1 has no place for.
-const LATER: [(&str, &str); 9] = [
-    ("Profile", "groups"),
-    ("Profile", "shut_down"),
-    ("Profile", "activation"),
-    ("Profile", "deactivation"),
-    ("Profile", "resetting"),
-    ("Profile", "initializing"),
-    ("Profile", "finalizing"),
-    ("Profile", "systems"),
-    ("ServicePortConnector", "trans_method"),
-];
+/// What version 0.1 has no place for. The form of its root has no field for groups and for orders but that of the start.
+const LATER: [(&str, &str); 1] = [("ServicePortConnector", "trans_method")];
 
-pub(super) fn down(old: &Profile, lost: &mut Lost<'_>) -> v01::Profile {
+pub(super) fn down(old: &Profile) -> v01::Profile {
     let mut old = old.clone();
-    let mut taken = Vec::new();
-    take_fields(&mut old, &LATER, &mut taken);
-    lost.taken(taken);
-    ids(&mut old, lost);
-    let mut components: Vec<v01::Component> = old
-        .components
-        .into_iter()
-        .map(|component| self::component(component, lost))
-        .collect();
+    take_fields(&mut old, &LATER, &mut Vec::new());
+    ids(&mut old);
+    let mut components: Vec<v01::Component> = old.components.into_iter().map(component).collect();
     let index = by_name(
         components
             .iter()
             .map(|component| component.instance_name.as_ref()),
     );
-    for connector in old.data_port_connectors {
-        data_connector(connector, &mut components, &index, lost);
-    }
-    for connector in old.service_port_connectors {
-        service_connector(connector, &mut components, &index, lost);
-    }
+    connectors::down::<DataPort>(old.data_port_connectors, &mut components, &index);
+    connectors::down::<ServicePort>(old.service_port_connectors, &mut components, &index);
     for order in old.start_up {
-        start_up(order, &mut components, &index, lost);
+        start_up(order, &mut components, &index);
     }
     v01::Profile {
         span: old.span,
@@ -69,32 +52,19 @@ pub(super) fn down(old: &Profile, lost: &mut Lost<'_>) -> v01::Profile {
     }
 }
 
-fn ids(profile: &mut Profile, lost: &mut Lost<'_>) {
-    let mut beyond = Vec::new();
+/// An id that cannot be said with dots stays as it is.
+fn ids(profile: &mut Profile) {
     each_text(profile, &mut |of, field, text| {
         let own = field.local == "id" && matches!(of.name, "Profile" | "Component");
-        if !own && field.local != "componentId" {
-            return;
-        }
-        match id_with_dots(&text.value) {
-            Some(id) => text.value = id,
-            // An id that is referred to is named once, where it is given.
-            None if own => beyond.push(text.clone()),
-            None => {}
+        if (own || field.local == "componentId")
+            && let Some(id) = id_with_dots(&text.value)
+        {
+            text.value = id;
         }
     });
-    for text in beyond {
-        lost.say(
-            &format!(
-                "the id `{}`, whose fields have dots of their own,",
-                text.value
-            ),
-            text.span,
-        );
-    }
 }
 
-fn component(old: Component, lost: &mut Lost<'_>) -> v01::Component {
+fn component(old: Component) -> v01::Component {
     let mut new = v01::Component {
         span: old.span,
         xsi_type: old.xsi_type,
@@ -118,16 +88,17 @@ fn component(old: Component, lost: &mut Lost<'_>) -> v01::Component {
             .extra
             .moved(Component::form_type(), v01::Component::form_type()),
     };
-    composite(&mut new.composite_type, lost);
+    composite(&mut new.composite_type, false);
     for (at, context) in new.execution_contexts.iter_mut().enumerate() {
-        let Some(id) = context.id.take() else {
-            continue;
+        let id = context.id.take();
+        let mut typed = Typed {
+            xsi_type: &mut context.xsi_type,
+            properties: &mut context.properties,
+            extended: "rtsExt:execution_context_ext",
         };
-        if id.trimmed() != at.to_string() {
-            lost.say(
-                &format!("the id `{}` of an execution context", id.value),
-                id.span,
-            );
+        // The ids of most contexts are their numbers.
+        if id.as_ref().is_none_or(|id| id.value != at.to_string()) {
+            keep(&mut typed, "id", id);
         }
     }
     new
@@ -135,118 +106,37 @@ fn component(old: Component, lost: &mut Lost<'_>) -> v01::Component {
 
 /// All members are in one `Participants`.
 fn together(all: Vec<Participants>) -> Vec<Participants> {
-    let mut all = all.into_iter();
+    let mut all = all.into_iter().map(with_member);
     let Some(mut first) = all.next() else {
         return Vec::new();
     };
-    first
-        .participant
-        .extend(all.flat_map(|one| one.participant));
+    for other in all {
+        first.participant.extend(other.participant);
+        let comments = other.extra.get().strays.iter();
+        let comments = comments.filter(|s| matches!(s, Stray::Comment(_) | Stray::Instruction(_)));
+        let mut comments: Vec<Stray> = comments.cloned().collect();
+        if !comments.is_empty() {
+            first.extra.edit().strays.append(&mut comments);
+        }
+    }
     vec![first]
 }
 
-/// What the source's own address repeats is no loss.
-fn source_properties(source: &TargetPort, lost: &mut Lost<'_>) {
-    for property in &source.properties {
-        let name = property.name.as_ref().map_or("", Text::trimmed);
-        if name != "COMPONENT_PATH_ID" {
-            lost.say(
-                &format!("the property `{name}` of the port that a connector starts from"),
-                property.span,
-            );
-        }
+/// A member that some files name in the attributes of `Participants`.
+fn with_member(mut of: Participants) -> Participants {
+    if of.participant.is_empty() && of.instance_name.is_some() {
+        of.participant.push(TargetComponent {
+            span: of.span,
+            component_id: of.component_id.take(),
+            instance_name: of.instance_name.take(),
+            ..TargetComponent::default()
+        });
     }
-}
-
-fn bare<'a>(instance: &str, port: &'a str) -> &'a str {
-    let rest = port
-        .trim()
-        .strip_prefix(instance)
-        .and_then(|rest| rest.strip_prefix('.'));
-    rest.unwrap_or(port.trim())
-}
-
-/// The position of the port that a source names; a port that is not declared is.
-fn port<T>(
-    ports: &mut Vec<T>,
-    source: &TargetPort,
-    name: impl Fn(&T) -> Option<&Text>,
-    make: impl Fn(&TargetPort) -> T,
-) -> usize {
-    let instance = instance(Some(source));
-    let wanted = bare(
-        instance,
-        source.port_name.as_ref().map_or("", Text::trimmed),
-    )
-    .to_owned();
-    let found = ports
-        .iter()
-        .position(|port| name(port).is_some_and(|name| bare(instance, &name.value) == wanted));
-    found.unwrap_or_else(|| {
-        ports.push(make(source));
-        ports.len() - 1
-    })
-}
-
-fn data_connector(
-    mut connector: DataPortConnector,
-    components: &mut [v01::Component],
-    index: &HashMap<String, usize>,
-    lost: &mut Lost<'_>,
-) {
-    let at = index.get(instance(connector.source.as_deref()));
-    let (Some(source), Some(component)) = (
-        connector.source.take(),
-        at.and_then(|at| components.get_mut(*at)),
-    ) else {
-        lost.say("a connector that starts from no component", connector.span);
-        return;
-    };
-    source_properties(&source, lost);
-    let ports = &mut component.data_ports;
-    let make = |source: &TargetPort| DataPort {
-        name: source.port_name.clone(),
-        ..DataPort::default()
-    };
-    let at = port(ports, &source, |port| port.name.as_ref(), make);
-    if let Some(port) = ports.get_mut(at) {
-        port.connectors.push(connector);
-    }
-}
-
-fn service_connector(
-    mut connector: ServicePortConnector,
-    components: &mut [v01::Component],
-    index: &HashMap<String, usize>,
-    lost: &mut Lost<'_>,
-) {
-    let at = index.get(instance(connector.source.as_deref()));
-    let (Some(source), Some(component)) = (
-        connector.source.take(),
-        at.and_then(|at| components.get_mut(*at)),
-    ) else {
-        lost.say("a connector that starts from no component", connector.span);
-        return;
-    };
-    source_properties(&source, lost);
-    let ports = &mut component.service_ports;
-    let make = |source: &TargetPort| ServicePort {
-        name: source.port_name.clone(),
-        ..ServicePort::default()
-    };
-    let at = port(ports, &source, |port| port.name.as_ref(), make);
-    if let Some(port) = ports.get_mut(at) {
-        port.connectors.push(connector);
-    }
+    of
 }
 
 /// A condition of the system's order becomes what its component waits for.
-fn start_up(
-    order: Order,
-    components: &mut [v01::Component],
-    index: &HashMap<String, usize>,
-    lost: &mut Lost<'_>,
-) {
+fn start_up(order: Order, components: &mut [v01::Component], index: &HashMap<String, usize>) {
     for condition in order.targets {
         let target = condition
             .target_component
@@ -254,7 +144,6 @@ fn start_up(
             .and_then(|target| target.instance_name.as_ref());
         let at = target.and_then(|name| index.get(name.trimmed()));
         let Some(component) = at.and_then(|at| components.get_mut(*at)) else {
-            lost.say("a condition of no component", condition.span);
             continue;
         };
         let own = component.start_up.get_or_insert_with(|| {
@@ -263,30 +152,20 @@ fn start_up(
                 ..v01::StartUp::default()
             })
         });
-        let number = |text: &Option<Text>| text.as_ref().and_then(|text| parse_whole(&text.value));
-        if number(&own.sequence) != number(&condition.sequence) {
-            let span = condition
-                .sequence
-                .as_ref()
-                .map_or(condition.span, |text| text.span);
-            lost.say("a second sequence number of a component", span);
-        }
+        let condition = self::condition(condition);
         if condition.wait_time.is_some() || condition.preceding.is_some() {
-            own.conditions.push(self::condition(condition, lost));
+            own.conditions.push(condition);
         }
     }
 }
 
-fn condition(old: Condition, lost: &mut Lost<'_>) -> v01::Condition {
+fn condition(old: Condition) -> v01::Condition {
     let wait_time = old
         .wait_time
         .and_then(|wait| wait.wait_time)
         .and_then(|text| {
-            let milliseconds: Option<u64> = text.trimmed().parse().ok();
-            if milliseconds.is_none() {
-                lost.say(&format!("the time `{}`", text.value), text.span);
-            }
-            let (seconds, rest) = (milliseconds? / 1000, milliseconds? % 1000);
+            let milliseconds: u64 = text.trimmed().parse().ok()?;
+            let (seconds, rest) = (milliseconds / 1000, milliseconds % 1000);
             let fraction = format!(".{rest:03}");
             let fraction = fraction.trim_end_matches('0').trim_end_matches('.');
             Some(Text::new(format!("PT{seconds}{fraction}S"), text.span))
@@ -297,37 +176,31 @@ fn condition(old: Condition, lost: &mut Lost<'_>) -> v01::Condition {
         wait_time,
         preceding: old
             .preceding
-            .map(|preceding| Box::new(self::preceding(*preceding, lost))),
+            .map(|preceding| Box::new(self::preceding(*preceding))),
         properties: old.properties,
-        ..v01::Condition::default()
+        extra: old
+            .extra
+            .moved(Condition::form_type(), v01::Condition::form_type()),
     }
 }
 
-fn preceding(old: Preceding, lost: &mut Lost<'_>) -> v01::Preceding {
-    if let Some(timing) = old
-        .sending_timing
-        .filter(|timing| !timing.trimmed().eq_ignore_ascii_case("SYNC"))
-    {
-        lost.say(
-            &format!("`rts:sendingTiming` `{}`", timing.value),
-            timing.span,
-        );
-    }
-    if let Some(timeout) = old
-        .timeout
-        .filter(|timeout| !matches!(timeout.trimmed(), "0" | ""))
-    {
-        lost.say("`rts:timeout`", timeout.span);
-    }
+fn preceding(old: Preceding) -> v01::Preceding {
     let component = |target: TargetExecutionContext| TargetComponent {
         span: target.span,
+        xsi_type: target.xsi_type,
         component_id: target.component_id,
         instance_name: target.instance_name,
-        ..TargetComponent::default()
+        properties: target.properties,
+        extra: target.extra.moved(
+            TargetExecutionContext::form_type(),
+            TargetComponent::form_type(),
+        ),
     };
     v01::Preceding {
         span: old.span,
         components: old.components.into_iter().map(component).collect(),
-        ..v01::Preceding::default()
+        extra: old
+            .extra
+            .moved(Preceding::form_type(), v01::Preceding::form_type()),
     }
 }

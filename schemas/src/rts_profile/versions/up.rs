@@ -1,16 +1,20 @@
 //! 0.1 → 0.2.
 
-use super::{Lost, composite};
+mod connectors;
+
+use super::ports::Typed;
+use super::{composite, kept};
 use crate::form::each_text;
 use crate::names::id_with_colons;
 use crate::rts_profile::forms::{
-    Component, Condition, DataPort, Order, Participants, Preceding, Profile, Property, ServicePort,
-    TargetComponent, TargetExecutionContext, TargetPort, WaitTime, v01,
+    Component, Condition, DataPort, ExecutionContext, Order, Participants, Preceding, Profile,
+    Property, ServicePort, TargetComponent, TargetExecutionContext, WaitTime, v01,
 };
 use crate::rts_profile::mirror::duration;
 use crate::span::{Span, Text};
+use connectors::Found;
 
-pub(super) fn up(old: &v01::Profile, lost: &mut Lost<'_>) -> Profile {
+pub(super) fn up(old: &v01::Profile) -> Profile {
     let mut old = old.clone();
     each_text(&mut old, &mut |of, field, text| {
         let is_id = field.local == "componentId"
@@ -40,18 +44,23 @@ pub(super) fn up(old: &v01::Profile, lost: &mut Lost<'_>) -> Profile {
         ..Profile::default()
     };
     let mut order = Order::default();
+    let (mut data, mut service) = (Found::none(), Found::none());
     for mut component in old.components {
-        start_up(&component, &mut order, lost);
-        connectors(&mut component, &mut new);
-        new.components.push(self::component(component, lost));
+        contexts(&mut component.execution_contexts);
+        start_up(&component, &mut order);
+        data.take::<DataPort>(&mut component);
+        service.take::<ServicePort>(&mut component);
+        new.components.push(self::component(component));
     }
+    data.put::<DataPort>(&mut new);
+    service.put::<ServicePort>(&mut new);
     if !order.targets.is_empty() {
         new.start_up.push(order);
     }
     new
 }
 
-fn component(old: v01::Component, lost: &mut Lost<'_>) -> Component {
+fn component(old: v01::Component) -> Component {
     let mut new = Component {
         span: old.span,
         xsi_type: old.xsi_type,
@@ -74,16 +83,29 @@ fn component(old: v01::Component, lost: &mut Lost<'_>) -> Component {
             .extra
             .moved(v01::Component::form_type(), Component::form_type()),
     };
-    composite(&mut new.composite_type, lost);
-    for (at, context) in new.execution_contexts.iter_mut().enumerate() {
-        context
-            .id
-            .get_or_insert_with(|| Text::new(at.to_string(), Span::default()));
-    }
+    composite(&mut new.composite_type, true);
     for port in &mut new.data_ports {
         port_type(port);
     }
     new
+}
+
+/// Contexts have ids since 0.2: their numbers, unless another one was kept.
+fn contexts(all: &mut [ExecutionContext]) {
+    for (at, context) in all.iter_mut().enumerate() {
+        let kept = kept::take(&mut Typed {
+            xsi_type: &mut context.xsi_type,
+            properties: &mut context.properties,
+            extended: "",
+        });
+        match kept.into_iter().find(|(name, _)| name == "id") {
+            Some((_, property)) => context.id = property.value,
+            None => {
+                let number = || Text::new(at.to_string(), Span::default());
+                context.id.get_or_insert_with(number);
+            }
+        }
+    }
 }
 
 /// The direction is a property since 0.2.
@@ -124,40 +146,8 @@ fn one_by_one(mut all: Participants) -> Vec<Participants> {
         .collect()
 }
 
-/// Connectors leave the port that they start from.
-fn connectors(component: &mut v01::Component, new: &mut Profile) {
-    let id = component.id.clone();
-    let instance = component.instance_name.clone();
-    let source = |port_name: &Option<Text>| {
-        Some(Box::new(TargetPort {
-            component_id: id.clone(),
-            instance_name: instance.clone(),
-            port_name: port_name.clone(),
-            ..TargetPort::default()
-        }))
-    };
-    for DataPort {
-        name, connectors, ..
-    } in &mut component.data_ports
-    {
-        for mut connector in connectors.drain(..) {
-            connector.source = connector.source.or_else(|| source(name));
-            new.data_port_connectors.push(connector);
-        }
-    }
-    for ServicePort {
-        name, connectors, ..
-    } in &mut component.service_ports
-    {
-        for mut connector in connectors.drain(..) {
-            connector.source = connector.source.or_else(|| source(name));
-            new.service_port_connectors.push(connector);
-        }
-    }
-}
-
 /// What a component waits for becomes a condition of the system's order.
-fn start_up(component: &v01::Component, order: &mut Order, lost: &mut Lost<'_>) {
+fn start_up(component: &v01::Component, order: &mut Order) {
     let Some(from) = &component.start_up else {
         return;
     };
@@ -178,18 +168,17 @@ fn start_up(component: &v01::Component, order: &mut Order, lost: &mut Lost<'_>) 
     };
     for condition in conditions {
         let wait_time = condition.wait_time.as_ref().and_then(|text| {
-            let milliseconds = duration(&text.value);
-            if milliseconds.is_none() {
-                lost.say(&format!("the time `{}`", text.value), text.span);
-            }
-            let time = Text::new(milliseconds?.to_string(), text.span);
+            let time = Text::new(duration(&text.value)?.to_string(), text.span);
             Some(Box::new(WaitTime {
                 wait_time: Some(time),
                 ..WaitTime::default()
             }))
         });
         order.targets.push(Condition {
-            span: condition.span,
+            span: match condition.span.is_unknown() {
+                true => from.span,
+                false => condition.span,
+            },
             xsi_type: condition.xsi_type.clone(),
             sequence: from.sequence.clone(),
             wait_time,
@@ -199,7 +188,9 @@ fn start_up(component: &v01::Component, order: &mut Order, lost: &mut Lost<'_>) 
                 .map(|preceding| Box::new(self::preceding(preceding))),
             target_component: Some(Box::new(target.clone())),
             properties: condition.properties.clone(),
-            ..Condition::default()
+            extra: condition
+                .extra
+                .moved(v01::Condition::form_type(), Condition::form_type()),
         });
     }
 }
@@ -209,16 +200,23 @@ fn preceding(old: &v01::Preceding) -> Preceding {
     let text = |value: &str| Some(Text::new(value, Span::default()));
     let component = |target: &TargetComponent| TargetExecutionContext {
         span: target.span,
+        xsi_type: target.xsi_type.clone(),
         id: text("0"),
         component_id: target.component_id.clone(),
         instance_name: target.instance_name.clone(),
-        ..TargetExecutionContext::default()
+        properties: target.properties.clone(),
+        extra: target.extra.moved(
+            TargetComponent::form_type(),
+            TargetExecutionContext::form_type(),
+        ),
     };
     Preceding {
         span: old.span,
         sending_timing: text("SYNC"),
         timeout: text("0"),
         components: old.components.iter().map(component).collect(),
-        ..Preceding::default()
+        extra: old
+            .extra
+            .moved(v01::Preceding::form_type(), Preceding::form_type()),
     }
 }

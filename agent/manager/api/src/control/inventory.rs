@@ -34,9 +34,9 @@ pub struct ModuleInfo {
 pub struct PortInfo {
     /// Bare name.
     pub name: String,
-    /// `in` or `out`.
+    /// `in` or `out`; of a port of a stand-in that nothing can be connected to also `service` and `undetermined`.
     pub direction: String,
-    /// IDL repository id.
+    /// IDL repository id; empty where it is not known.
     pub data_type: String,
 }
 
@@ -68,6 +68,9 @@ pub struct ComponentInfo {
     pub incarnation: String,
     /// As given at creation.
     pub recreate_hash: String,
+    /// It is a stand-in.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_in: bool,
     /// As given at creation.
     pub restarts: u32,
     /// Wall-clock creation, RFC 3339.
@@ -175,7 +178,7 @@ pub struct BindingInfo {
     pub source: Option<String>,
     /// A source is connected.
     pub connected: bool,
-    /// Samples that the component has read.
+    /// Samples that the component has read, each with a higher number than the one before.
     pub samples_received: u64,
     /// Samples dropped from the in-port's queue.
     pub drops: u64,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByHandInfo, SystemId};
+use super::{ByHandInfo, StandInShape, SystemId};
 
 /// A request. Responses may come in another order than the requests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -154,7 +154,7 @@ impl RequestBody {
 pub struct CreateRequest {
     /// Instance name, unique in the manager.
     pub instance: String,
-    /// Type name of a loaded module.
+    /// Type name: of a loaded module, unless it is a stand-in.
     pub type_name: String,
     /// System that it is created for; none when made by hand.
     pub system: Option<SystemId>,
@@ -175,6 +175,9 @@ pub struct CreateRequest {
     /// `keep` (default), `deactivate` or `stop` when a peer is lost. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_disconnect: Option<String>,
+    /// A stand-in is made, of this and without a module. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_in: Option<StandInShape>,
 }
 
 /// An in-port end that waits for its connector.

@@ -24,8 +24,8 @@ const PROFILES: usize = 5000;
 const HEAD: u64 = 4096;
 
 /// Reads every RTC Profile at these paths. Files of a folder that are no RTC Profile are passed over; one that is, and
-/// cannot be read, is a warning.
-pub(super) fn read(
+/// cannot be read, is a note: a component of its type, if there is one, lacks its RTC Profile, and that is a warning.
+pub(crate) fn read(
     paths: &[PathBuf],
     bytes: &mut impl FnMut(&Path) -> Option<Vec<u8>>,
     report: &mut Report,
@@ -75,7 +75,7 @@ fn lessened(mut fault: Report, found: bool) -> Report {
             .findings
             .retain(|finding| finding.code != "wrong-root");
         for finding in &mut fault.findings {
-            finding.severity = Severity::Warning;
+            finding.severity = Severity::Note;
         }
     }
     fault

@@ -1,0 +1,61 @@
+//! Waiting until what was applied runs.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use rts_controller_api::client::Controller;
+use rts_controller_api::objects::System;
+
+use crate::error::CliError;
+use crate::follow::{Follower, Verdict, judge};
+use crate::output::Output;
+use crate::show::progress::Progress;
+
+/// How long a system may be unwell without anybody saying why.
+const UNCLEAR: Duration = Duration::from_secs(3);
+
+/// Follows from the state that the apply answered with. That one is from before the plan was carried out: only later
+/// ones are judged, and shown to `seen`. Gives the last state; its verdict is `Going` when time is up.
+pub async fn wait(
+    from: System,
+    deadline: Instant,
+    controller: &Controller,
+    out: Output,
+    mut seen: impl FnMut(&System),
+) -> Result<(System, Verdict), CliError> {
+    let name = from.metadata.name.clone();
+    let generation = from.metadata.generation;
+    let mut progress = Progress::start(out, &format!("system/{name}: applying"));
+    let mut follower = Follower::new(controller, &from);
+    let mut last = from;
+    let mut unclear = None;
+    let end = follower.until(deadline, |state| match state {
+        None => ControlFlow::Break(None),
+        Some(system) => {
+            progress.system(&system);
+            seen(&system);
+            let verdict = judge(&system, generation);
+            last = system;
+            if verdict != Verdict::Unclear {
+                unclear = None;
+            }
+            match verdict {
+                Verdict::Going => ControlFlow::Continue(()),
+                Verdict::Unclear => {
+                    let since: Instant = *unclear.get_or_insert_with(Instant::now);
+                    if since.elapsed() < UNCLEAR {
+                        return ControlFlow::Continue(());
+                    }
+                    ControlFlow::Break(Some(Verdict::Partly(Vec::new())))
+                }
+                verdict => ControlFlow::Break(Some(verdict)),
+            }
+        }
+    });
+    let end = end.await;
+    match end.map_err(CliError::request(format!("follow system/{name}")))? {
+        Some(Some(verdict)) => Ok((last, verdict)),
+        Some(None) => Err(CliError::Gone { system: name }),
+        None => Ok((last, Verdict::Going)),
+    }
+}
