@@ -40,8 +40,7 @@ fn what_is_written_is_read_again_and_asks_for_no_change_since() {
     let expect = Expect {
         index: Some(3),
         digest: Some(result().digest),
-        no_restart: false,
-        max_stand_ins: None,
+        ..Expect::default()
     };
     assert_eq!(
         read.request(),
