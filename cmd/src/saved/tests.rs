@@ -41,6 +41,7 @@ fn what_is_written_is_read_again_and_asks_for_no_change_since() {
         index: Some(3),
         digest: Some(result().digest),
         no_restart: false,
+        max_stand_ins: None,
     };
     assert_eq!(
         read.request(),
