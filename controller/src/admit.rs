@@ -20,6 +20,7 @@ use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_controller_api::{Problem, ProblemError};
 use rts_plan::observed::Observed;
 use rts_plan::plan::Plan;
+use rts_schemas::stand_in::shapes;
 use rts_schemas::system::SystemSpec;
 
 pub use self::act::act;
@@ -150,7 +151,7 @@ fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> S
         index: stored.map_or(0, |s| s.index),
         spec: spec.clone(),
         digests: BTreeMap::new(),
-        stand_ins: BTreeSet::new(),
+        stand_ins: BTreeMap::new(),
         nodes: stored.map_or_else(BTreeSet::new, |s| s.nodes.clone()),
         created: stored.map_or_else(|| core.clock.now(), |s| s.created),
         deleted: None,
@@ -199,7 +200,11 @@ impl Examined {
         };
         candidate.stand_ins = match stored.as_ref().filter(|_| self.untouched.is_some()) {
             Some(stored) => stored.stand_ins.clone(),
-            None => self.found.stand_ins(stored.as_ref()),
+            None => {
+                let instances = self.found.stand_ins(stored.as_ref());
+                let before = stored.as_ref().map(|stored| stored.stand_ins.clone());
+                shapes(&candidate.spec, &instances, &before.unwrap_or_default())
+            }
         };
         stand_ins::within(&candidate, self.expect.max_stand_ins)?;
         candidate.nodes.extend(self.types.into_keys());

@@ -6,12 +6,12 @@
 mod ports;
 mod profile;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::system::{ComponentSpec, PortKind, PortSpec, StandInFault};
+use crate::system::{ComponentSpec, PortKind, PortSpec, StandInFault, SystemSpec};
 
 pub use ports::Ends;
 pub use profile::facts;
@@ -40,7 +40,42 @@ pub struct Shape {
     pub crash_after_ms: Option<u64>,
 }
 
+/// The shapes of the stand-ins for these instances of a system. One that was made of more than it would be now stays as it
+/// was: to take a connector or a parameter away is no reason to make it again.
+pub fn shapes<'a>(
+    spec: &SystemSpec,
+    instances: impl IntoIterator<Item = &'a String>,
+    before: &BTreeMap<String, Shape>,
+) -> BTreeMap<String, Shape> {
+    let ends = Ends::of(spec);
+    let instances: BTreeSet<&String> = instances.into_iter().collect();
+    let components = spec.components.iter();
+    components
+        .filter(|component| instances.contains(&component.instance))
+        .map(|component| {
+            let now = Shape::of(component, &ends);
+            let before = before.get(&component.instance);
+            let before = before.filter(|before| before.covers(&now));
+            let shape = before.cloned().unwrap_or(now);
+            (component.instance.clone(), shape)
+        })
+        .collect()
+}
+
 impl Shape {
+    /// True when it behaves as another one, and has all that the other one has.
+    fn covers(&self, other: &Self) -> bool {
+        let behaviour = |shape: &Self| Self {
+            ports: Vec::new(),
+            parameters: BTreeMap::new(),
+            ..shape.clone()
+        };
+        let mut parameters = other.parameters.iter();
+        behaviour(self) == behaviour(other)
+            && other.ports.iter().all(|port| self.ports.contains(port))
+            && parameters.all(|(name, default)| self.parameters.get(name) == Some(default))
+    }
+
     /// The shape of a component's stand-in. `ends` are those of its system.
     pub fn of<'a>(component: &'a ComponentSpec, ends: &Ends<'a>) -> Self {
         let said = &component.stand_in;

@@ -40,7 +40,8 @@ fn what_is_written_is_read_again_and_asks_for_no_change_since() {
     let expect = Expect {
         index: Some(3),
         digest: Some(result().digest),
-        ..Expect::default()
+        no_restart: false,
+        max_stand_ins: None,
     };
     assert_eq!(
         read.request(),

@@ -47,8 +47,8 @@ pub struct StoredSystem {
     pub spec: SystemSpec,
     /// Type name → SHA-256 of the module file found when it was applied.
     pub module_digests: BTreeMap<String, String>,
-    /// Instances whose place a stand-in takes, as it was decided when it was applied.
-    pub stand_ins: BTreeSet<String>,
+    /// Instance → what the stand-in is made of that takes its place, as it was decided when it was applied.
+    pub stand_ins: BTreeMap<String, Shape>,
     /// Its end was asked for: it runs nothing any more.
     pub deleting: bool,
 }
@@ -182,10 +182,10 @@ fn place_system(
         orders: system.spec.orders.clone(),
         elsewhere: BTreeMap::new(),
     };
-    let shapes = shapes(system);
+    let shapes = &system.stand_ins;
     if !shapes.is_empty() && !system.deleting {
         let notes = placed.notes.entry(system.reference.name.clone());
-        notes.or_default().extend(tell(system, &shapes));
+        notes.or_default().extend(tell(system));
     }
     let mut parts: BTreeMap<&str, NodeSystem> = BTreeMap::new();
     if system.deleting {
@@ -197,13 +197,13 @@ fn place_system(
         if !system.deleting {
             let manager = managers[component.instance.as_str()].clone();
             part.components
-                .push(place_component(system, component, manager, &shapes));
+                .push(place_component(system, component, manager));
         }
     }
     for connector in &system.spec.connectors {
         // Who provides a service to whom matters to the end of a system, and nobody observes it.
         if !system.deleting || connector.kind == PortKind::Service {
-            place_connector(&mut parts, connector, place_of, &shapes);
+            place_connector(&mut parts, connector, place_of, shapes);
         }
     }
     let named = elsewhere::named(&system.spec, &nodes);
@@ -255,23 +255,11 @@ fn sanitise(name: &str) -> String {
     format!("{near}-{}", &hex(Sha256::digest(name))[..8])
 }
 
-/// Instance → what its stand-in is made of, for each that has one.
-fn shapes(system: &StoredSystem) -> BTreeMap<&str, Shape> {
-    if system.stand_ins.is_empty() {
-        return BTreeMap::new();
-    }
-    let ends = Ends::of(&system.spec);
-    let components = system.spec.components.iter();
-    components
-        .filter(|component| system.stand_ins.contains(&component.instance))
-        .map(|component| (component.instance.as_str(), Shape::of(component, &ends)))
-        .collect()
-}
-
 /// Names the stand-ins, and what connectors say that they are not.
-fn tell(system: &StoredSystem, shapes: &BTreeMap<&str, Shape>) -> Vec<String> {
+fn tell(system: &StoredSystem) -> Vec<String> {
+    let shapes = &system.stand_ins;
     let all = &system.spec.components;
-    let named: Vec<&str> = shapes.keys().take(NAMED).copied().collect();
+    let named: Vec<&str> = shapes.keys().take(NAMED).map(String::as_str).collect();
     let more = match shapes.len() - named.len() {
         0 => String::new(),
         more => format!(" and {more} more"),
@@ -283,9 +271,7 @@ fn tell(system: &StoredSystem, shapes: &BTreeMap<&str, Shape>) -> Vec<String> {
         named.join(", ")
     )];
     let ends = Ends::of(&system.spec);
-    let stand_ins = all
-        .iter()
-        .filter(|c| system.stand_ins.contains(&c.instance));
+    let stand_ins = all.iter().filter(|c| shapes.contains_key(&c.instance));
     notes.extend(stand_ins.flat_map(|c| ends.disagreements(c)).take(NAMED));
     notes
 }
@@ -294,9 +280,8 @@ fn place_component(
     system: &StoredSystem,
     component: &ComponentSpec,
     manager: String,
-    shapes: &BTreeMap<&str, Shape>,
 ) -> PlacedComponent {
-    let stand_in = shapes.get(component.instance.as_str()).cloned();
+    let stand_in = system.stand_ins.get(&component.instance).cloned();
     // A stand-in needs no module.
     let pinned = system.module_digests.get(&component.type_name);
     let module_digest = pinned.filter(|_| stand_in.is_none()).cloned();
@@ -321,7 +306,7 @@ fn place_connector(
     parts: &mut BTreeMap<&str, NodeSystem>,
     connector: &ConnectorSpec,
     place_of: impl Fn(&PortRef) -> Option<EndPlace>,
-    shapes: &BTreeMap<&str, Shape>,
+    shapes: &BTreeMap<String, Shape>,
 ) {
     let (Some(source), Some(target)) = (place_of(&connector.source), place_of(&connector.target))
     else {
@@ -330,7 +315,7 @@ fn place_connector(
     let undetermined = [&connector.source, &connector.target]
         .into_iter()
         .find_map(|end| {
-            let why = shapes.get(end.instance.as_str())?.undetermined(&end.port)?;
+            let why = shapes.get(&end.instance)?.undetermined(&end.port)?;
             Some(format!("port {end} of a stand-in is undetermined: {why}"))
         });
     for node in BTreeSet::from([source.node.as_str(), target.node.as_str()]) {

@@ -123,7 +123,9 @@ impl Found {
 
     /// The stand-ins to store.
     pub fn stand_ins(&self, stored: Option<&SystemRecord>) -> BTreeSet<String> {
-        let before = stored.into_iter().flat_map(|stored| &stored.stand_ins);
+        let before = stored
+            .into_iter()
+            .flat_map(|stored| stored.stand_ins.keys());
         let kept = before.filter(|instance| self.undecided.contains(*instance));
         kept.chain(&self.stand_ins).cloned().collect()
     }

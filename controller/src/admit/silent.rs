@@ -89,7 +89,7 @@ fn kept(old: &SystemRecord, new: &SystemRecord) -> Vec<FieldChange> {
             .collect::<Vec<_>>()
     };
     let names = |record: &SystemRecord| {
-        let names = record.stand_ins.iter();
+        let names = record.stand_ins.keys();
         names
             .map(|name| (name.clone(), "true".to_owned()))
             .collect()

@@ -13,7 +13,7 @@ pub fn within(record: &SystemRecord, most: Option<u32>) -> Result<(), Problem> {
         return Ok(());
     }
     let errors: Vec<_> = stand_ins
-        .iter()
+        .keys()
         .map(|instance| ProblemError {
             pointer: check::pointer(&record.spec, instance),
             code: "too-many-stand-ins".to_owned(),

@@ -189,8 +189,9 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
             Some(old) => *old = component,
             None => all.push(component),
         }
-        if placed.stand_in.is_some() {
-            record.stand_ins.insert(placed.spec.instance.clone());
+        if let Some(shape) = &placed.stand_in {
+            let instance = placed.spec.instance.clone();
+            record.stand_ins.insert(instance, shape.clone());
             continue;
         }
         record.stand_ins.remove(&placed.spec.instance);
@@ -279,7 +280,7 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
             orders: Orders::default(),
         },
         digests: BTreeMap::new(),
-        stand_ins: BTreeSet::new(),
+        stand_ins: BTreeMap::new(),
         nodes: BTreeSet::new(),
         created: now,
         deleted: None,

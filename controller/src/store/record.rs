@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::Timestamp;
+use rts_schemas::stand_in::Shape;
 use rts_schemas::system::SystemSpec;
 use serde::{Deserialize, Serialize};
 
@@ -23,9 +24,10 @@ pub struct SystemRecord {
     /// SHA-256 of each type's module file when it was applied, by type name.
     #[serde(default)]
     pub digests: BTreeMap<String, String>,
-    /// Instances whose place a stand-in takes, as it was decided when this spec was admitted, or taken in.
-    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
-    pub stand_ins: BTreeSet<String>,
+    /// Instance → what the stand-in is made of that takes its place, as it was decided when this spec was admitted, or
+    /// taken in.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub stand_ins: BTreeMap<String, Shape>,
     /// Nodes that it ever ran on; a teardown needs the word of each.
     #[serde(default)]
     pub nodes: BTreeSet<String>,

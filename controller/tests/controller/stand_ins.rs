@@ -81,7 +81,7 @@ async fn always_means_also_beside_a_module_and_with_any_execution_context() {
     cluster.until_phase("hello", Phase::Converged).await;
     assert_eq!(stand_ins(&cluster), ["Filter0"]);
     let stored = cluster.stored().systems["hello"].clone();
-    assert!(stored.stand_ins.contains("Filter0"));
+    assert!(stored.stand_ins.contains_key("Filter0"));
     assert_eq!(stored.digests.len(), 2, "{:?}", stored.digests);
 }
 

@@ -204,7 +204,7 @@ impl Process {
     /// Forgets a module that no component uses.
     fn unload(&mut self, type_name: &str) -> Result<(), Failure> {
         let mut components = self.components.values();
-        if let Some(user) = components.find(|c| c.type_name == type_name) {
+        if let Some(user) = components.find(|c| !c.stand_in && c.type_name == type_name) {
             let user = &user.subject.instance;
             let message = format!("the type {type_name} is used by {user}; delete it first");
             return Err(refuse(FailureCode::Conflict, message));

@@ -1,6 +1,7 @@
 //! Stand-ins come without a module, and give way to what they stand in for.
 
 use rts_plan::StoredSystem;
+use rts_schemas::stand_in::shapes;
 
 use crate::world::specs::{hello, set};
 use crate::world::story::{Story, tell};
@@ -8,8 +9,14 @@ use crate::world::story::{Story, tell};
 /// The hello system with stand-ins for these.
 fn with(stand_ins: &[&str]) -> StoredSystem {
     let mut system = hello();
-    system.stand_ins = stand_ins.iter().map(|name| (*name).to_owned()).collect();
+    settle(&mut system, stand_ins);
     system
+}
+
+/// What the stand-ins are made of is decided when it is applied.
+fn settle(system: &mut StoredSystem, stand_ins: &[&str]) {
+    let names: Vec<String> = stand_ins.iter().map(|name| (*name).to_owned()).collect();
+    system.stand_ins = shapes(&system.spec, &names, &system.stand_ins);
 }
 
 #[test]
@@ -44,10 +51,12 @@ fn a_parameter_that_changes_leaves_it_and_its_behaviour_does_not() {
     story.turn();
     let mut changed = with(&["Filter0"]);
     set(&mut changed.spec.components[1], "gain", "3.0");
+    settle(&mut changed, &["Filter0"]);
     story.world.apply(changed.clone());
     insta::assert_snapshot!("value", tell(&story.plan()));
     story.turn();
     changed.spec.components[1].stand_in.crash_after_ms = Some(5000);
+    settle(&mut changed, &["Filter0"]);
     story.world.apply(changed);
     insta::assert_snapshot!("behaviour", tell(&story.plan()));
     story.turn();
@@ -64,6 +73,8 @@ fn what_is_undetermined_is_declared_only() {
     for component in &mut system.spec.components {
         component.ports.clear();
     }
+    system.stand_ins.clear();
+    settle(&mut system, &["Filter0"]);
     story.world.apply(system);
     let text = tell(&story.plan());
     assert!(!text.contains("Connect "), "{text}");

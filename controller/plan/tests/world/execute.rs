@@ -227,7 +227,10 @@ impl World {
             Work::Delete { manager, instance } => self.delete_step(plan, node, manager, instance),
             Work::UnloadModule { manager, type_name } => {
                 let manager = self.manager(node, manager)?;
-                let used = manager.components.iter().any(|c| c.type_name == *type_name);
+                let used = manager
+                    .components
+                    .iter()
+                    .any(|c| !c.stand_in && c.type_name == *type_name);
                 check(!used, "a component uses the module")?;
                 manager.modules.remove(type_name);
                 Ok(())

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 use rts_plan::StoredSystem;
 use rts_plan::desired::SystemRef;
+use rts_schemas::stand_in::shapes;
 use rts_schemas::system::{
     ComponentSpec, Condition, Configuration, ConnectorSpec, DriftPolicy, ExecutionContextSpec,
     ExecutionKind, OnDisconnect, Orders, Placement, Policy, PortKind, PortRef, SendingTiming,
@@ -145,28 +146,35 @@ pub fn system(
         connectors,
         orders,
         prop::collection::vec(0..2u8, 3),
+        prop::collection::vec(prop::bool::weighted(0.2), most),
     )
-        .prop_map(move |(components, connectors, orders, digests)| {
-            let count = components.len();
-            let instance = |index: usize| format!("{prefix}{}", index % count);
-            let spec = SystemSpec {
-                name: name.to_owned(),
-                full_id: String::new(),
-                components: components
-                    .into_iter()
-                    .enumerate()
-                    .map(|(index, choices)| random_component(&instance(index), choices))
-                    .collect(),
-                connectors: random_connectors(&connectors, instance),
-                orders: random_orders(&orders, count, instance),
-            };
-            let mut system = stored(spec);
-            for (type_name, digest) in &mut system.module_digests {
-                let index = type_name.as_bytes()[1] - b'0';
-                *digest = format!("digest-{type_name}-{}", digests[usize::from(index)]);
-            }
-            system
-        })
+        .prop_map(
+            move |(components, connectors, orders, digests, stand_ins)| {
+                let count = components.len();
+                let instance = |index: usize| format!("{prefix}{}", index % count);
+                let spec = SystemSpec {
+                    name: name.to_owned(),
+                    full_id: String::new(),
+                    components: components
+                        .into_iter()
+                        .enumerate()
+                        .map(|(index, choices)| random_component(&instance(index), choices))
+                        .collect(),
+                    connectors: random_connectors(&connectors, instance),
+                    orders: random_orders(&orders, count, instance),
+                };
+                let mut system = stored(spec);
+                let components = system.spec.components.iter().zip(stand_ins);
+                let stand_ins = components.filter(|(_, stand_in)| *stand_in);
+                let names: Vec<String> = stand_ins.map(|(c, _)| c.instance.clone()).collect();
+                system.stand_ins = shapes(&system.spec, &names, &Default::default());
+                for (type_name, digest) in &mut system.module_digests {
+                    let index = type_name.as_bytes()[1] - b'0';
+                    *digest = format!("digest-{type_name}-{}", digests[usize::from(index)]);
+                }
+                system
+            },
+        )
 }
 
 fn random_component(instance: &str, choices: Choices) -> ComponentSpec {

@@ -33,7 +33,7 @@ fn record(spec: SystemSpec) -> SystemRecord {
         index: 1,
         spec,
         digests: BTreeMap::new(),
-        stand_ins: BTreeSet::new(),
+        stand_ins: BTreeMap::new(),
         nodes: Default::default(),
         created: jiff::Timestamp::UNIX_EPOCH,
         deleted: None,

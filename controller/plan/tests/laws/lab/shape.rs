@@ -41,7 +41,11 @@ pub fn shape(world: &World) -> BTreeMap<(String, ManagerKey), String> {
             }
         }
         let modules = manager.modules.iter();
-        let used = modules.filter(|name| components.iter().any(|c| c.type_name == **name));
+        let used = modules.filter(|name| {
+            components
+                .iter()
+                .any(|c| !c.stand_in && c.type_name == **name)
+        });
         let modules: Vec<&String> = used.collect();
         let text = format!("{modules:?} {components:?}");
         shape.insert((node.to_owned(), manager.key.clone()), text);
