@@ -49,7 +49,7 @@ impl HomePeers {
         let socket = self.run.join(node).join("agent.sock");
         if !is_node_name(node) || !socket.exists() {
             let detail = format!(
-                "no agent of node {node} serves in {}; a connector reaches only nodes of the same home: connections to other machines come with the network transport",
+                "no agent of node {node} serves in {}: `rtsctl up` starts one that has ended; connections to other machines come with the network transport",
                 self.run.display()
             );
             return Err(Problem::unavailable("no-peer", detail).into());

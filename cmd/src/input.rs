@@ -90,7 +90,7 @@ impl InputArgs {
             return Ok(Source::Saved(Box::new(saved)));
         }
         let mut loaded = self.files(profile, &bytes, &overlays, out)?;
-        self.stand_ins.lay(&mut loaded.spec);
+        self.stand_ins.lay(&mut loaded.spec, out)?;
         Ok(Source::System(Box::new(Input {
             request: ApplyRequest {
                 spec: loaded.spec,
@@ -110,6 +110,7 @@ impl InputArgs {
             ("--name", self.name.is_some()),
             ("--replace", self.replace),
             ("--stand-ins", self.stand_ins.stand_ins),
+            ("--rtc", !self.stand_ins.rtc.is_empty()),
         ];
         match options.iter().find(|(_, given)| *given) {
             None => Ok(()),

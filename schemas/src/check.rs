@@ -21,6 +21,7 @@ mod system;
 mod value;
 
 pub use against::against;
+pub(crate) use against::direction;
 pub use library::Library;
 pub use placed::placed;
 pub use rtc::rtc_profile;

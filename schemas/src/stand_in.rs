@@ -4,6 +4,7 @@
 //! Pure: whether there is a stand-in is decided elsewhere.
 
 mod ports;
+mod profile;
 
 use std::collections::BTreeMap;
 
@@ -13,9 +14,10 @@ use utoipa::ToSchema;
 use crate::system::{ComponentSpec, PortKind, PortSpec, StandInFault};
 
 pub use ports::Ends;
+pub use profile::facts;
 
 /// What a stand-in is made of. All of it is fixed when it is created.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct Shape {
     /// Its ports. A data port without direction or data type is undetermined: listed, but nothing can be connected.
@@ -24,6 +26,9 @@ pub struct Shape {
     /// Its parameters with their defaults.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, String>,
+    /// Rate in Hz that its type has; what its system says goes before that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
     /// Milliseconds that its initialising takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub startup_time_ms: Option<u64>,
@@ -41,9 +46,15 @@ impl Shape {
         let said = &component.stand_in;
         let sets = component.configuration.sets.values();
         let names = sets.flat_map(BTreeMap::keys);
+        let mut parameters: BTreeMap<_, _> =
+            names.map(|name| (name.clone(), String::new())).collect();
+        if let Some(profile) = &said.profile {
+            parameters.extend(profile.parameters.clone());
+        }
         Self {
             ports: ends.ports(component),
-            parameters: names.map(|name| (name.clone(), String::new())).collect(),
+            parameters,
+            rate: said.profile.as_ref().and_then(|profile| profile.rate),
             startup_time_ms: said.startup_time_ms,
             fail: said.fail,
             crash_after_ms: said.crash_after_ms,

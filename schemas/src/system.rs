@@ -263,7 +263,7 @@ impl Package {
 }
 
 /// A stand-in for a component: whether there is one, and how it behaves.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct StandInSpec {
     /// When it takes the component's place; never when nothing is said.
@@ -278,6 +278,24 @@ pub struct StandInSpec {
     /// Milliseconds after its activation at which it brings its process down (`rtsctl.standIn.crashAfter`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crash_after_ms: Option<u64>,
+    /// What the RTC Profile of the component's type says of it, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<RtcFacts>,
+}
+
+/// What an RTC Profile says of the components of its type.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct RtcFacts {
+    /// Their ports.
+    #[serde(default)]
+    pub ports: Vec<PortSpec>,
+    /// Their parameters with their defaults.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, String>,
+    /// Rate of their execution context in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
 }
 
 impl StandInSpec {

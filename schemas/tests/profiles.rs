@@ -5,17 +5,18 @@
 
 mod forms;
 
+use std::collections::HashSet;
 use std::fmt::Write;
 
 use forms::changes::{Change, assert_untouched, change, instances, moved, rename};
 use forms::versions::only_what_is_named_is_lost;
 use forms::{Tape, bare, edit, files, loose, sorted};
 use rts_schemas::canonical::canonical;
-use rts_schemas::diagnostic::Report;
+use rts_schemas::diagnostic::{Report, Source};
 use rts_schemas::form::{Around, Form, Format, Value, Vocabulary, format, same, strip_places};
 use rts_schemas::rtc_profile::forms::RtcProfile;
 use rts_schemas::rts_profile::forms::Shape;
-use rts_schemas::xml::{Document, parse_tree};
+use rts_schemas::xml::{Document, Element, parse_tree};
 use rts_schemas::{rtc_profile, rts_profile};
 
 /// A profile of either kind.
@@ -193,6 +194,79 @@ fn findings_of_rtc_profiles() {
         }
     }
     insta::assert_snapshot!(all);
+}
+
+/// Attributes and first children of elements, each kind once.
+fn kinds<'a>(
+    element: &'a Element,
+    words: &Vocabulary,
+    seen: &mut HashSet<String>,
+    found: &mut Vec<(Option<&'a str>, usize)>,
+) {
+    if !words.knows(&element.namespace) {
+        return;
+    }
+    for attribute in &element.attributes {
+        let ours = words.knows(&attribute.namespace) && !attribute.qname.starts_with("xsi:");
+        let kind = format!("{} {}", element.qname, attribute.qname);
+        if ours && !attribute.value.is_empty() && seen.insert(kind) {
+            found.push((Some(&attribute.qname), attribute.span.range().start));
+        }
+    }
+    if let Some(child) = element.elements().next()
+        && seen.insert(element.qname.to_string())
+    {
+        found.push((None, child.span.range().start));
+    }
+    for child in element.elements() {
+        kinds(child, words, seen, found);
+    }
+}
+
+/// A slip of the pen in each kind of attribute and element that real files have is told where it stands.
+#[test]
+fn no_slip_is_passed_over_in_silence() {
+    let Some((all, _)) = corpus() else { return };
+    let mut seen = HashSet::new();
+    let mut slips = 0;
+    for read in &all {
+        if read.format != Format::Xml || read.text.as_bytes() != read.bytes {
+            continue;
+        }
+        let words = read.profile.words();
+        let tree = parse_tree(&read.text).unwrap();
+        let mut found = Vec::new();
+        kinds(&tree.root, words, &mut seen, &mut found);
+        let mut told = |code: &str, text: String, at: usize| {
+            let findings = match read.profile {
+                Any::Rts(_) => rts_profile::read("f", text.as_bytes()).unwrap().findings,
+                Any::Rtc(_) => rtc_profile::read("f", text.as_bytes()).unwrap().findings,
+            };
+            let place = Source::new("f", text.as_str()).place(at, at + 1);
+            let is_told = findings.findings.iter().any(|finding| {
+                let at = finding.place.as_ref().unwrap();
+                finding.code == code && (at.line, at.column) == (place.line, place.column)
+            });
+            assert!(is_told, "{}: {code} {place:?} {findings:?}", read.file);
+            slips += 1;
+        };
+        for (attribute, start) in found {
+            let (before, after) = read.text.split_at(start);
+            let Some(qname) = attribute else {
+                told("stray-text", format!("{before}slip {after}"), start);
+                continue;
+            };
+            let name = before.rfind(qname).unwrap();
+            let (head, tail) = (&before[..name], &before[name + qname.len()..]);
+            let wrong = format!("{head}{qname}Slip{tail}{after}");
+            told("unknown-attribute", wrong, start + "Slip".len());
+            if let Some((prefix, local)) = qname.split_once(':') {
+                let bare = format!("{head}{local}{tail}{after}");
+                told("unprefixed-attribute", bare, start - prefix.len() - 1);
+            }
+        }
+    }
+    assert!(slips > 150, "{slips}");
 }
 
 /// The form alone writes everything back: elements, attributes, comments, unknown ones too, and their order.

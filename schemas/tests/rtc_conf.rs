@@ -397,6 +397,33 @@ fn line() -> impl Strategy<Value = String> {
 }
 
 #[test]
+fn a_port_that_is_connected_with_itself_is_told() {
+    struct Nothing;
+    impl Sources for Nothing {
+        fn read(&self, _: &str) -> Result<Option<Vec<u8>>, String> {
+            Ok(None)
+        }
+    }
+    let text = "manager.components.precreate: A\nmanager.components.preconnect: A0.o?port=A0.o\n";
+    let mut report = Report::default();
+    let setup = load(&[("rtc.conf", text.as_bytes())], &Nothing, &mut report);
+    let options = Options {
+        name: None,
+        created: "2026-01-15T10:00:00",
+        types: &[],
+        managers_inside: true,
+    };
+    let made = convert(&setup, &options);
+    assert!(made.profile.data_port_connectors.is_empty());
+    let codes = made.report.findings.iter().map(|f| f.code.as_str());
+    assert!(
+        codes.clone().any(|code| code == "self-connector"),
+        "{:?}",
+        made.report
+    );
+}
+
+#[test]
 fn a_file_that_names_itself_or_too_much_ends() {
     struct Anything;
     impl Sources for Anything {

@@ -1,5 +1,5 @@
-//! Every profile that users wrote and that has no error gets a plan: its orders form no cycle, and a plan from nothing
-//! creates and activates each of its components.
+//! Profiles that users wrote. Some run with stand-ins in real processes; of all, every one that has no error gets a plan:
+//! its orders form no cycle, and a plan from nothing creates and activates each of its components.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,6 +11,8 @@ use rts_plan::place::{NodeFacts, StoredSystem, place};
 use rts_plan::plan::{Blocked, Work};
 use rts_schemas::rts_profile::load;
 use rts_schemas::system::SystemSpec;
+use rts_tests::Stack;
+use serde_json::Value;
 
 fn files(corpus: &str) -> Vec<PathBuf> {
     let folders = ["rts", "derived"].map(|name| PathBuf::from(corpus).join(name));
@@ -100,5 +102,70 @@ fn every_real_profile_without_an_error_gets_a_plan() {
     assert!(
         planned >= 85 && refused.len() <= 3,
         "{planned} planned, refused: {refused:?}"
+    );
+}
+
+/// Applies a profile with stand-ins alone: all are Active, and samples arrive on every data connector.
+fn runs_with_stand_ins(profile: &str, components: usize, data: usize) {
+    let Ok(corpus) = std::env::var("RTSCTL_CORPUS") else {
+        println!("skipped: RTSCTL_CORPUS is not set");
+        return;
+    };
+    let file = format!("{corpus}/rts/{profile}");
+    let stack = Stack::new();
+    stack.expect(0, &["up"]);
+    let most = (components - 1).to_string();
+    let refused = stack.expect(
+        3,
+        &["apply", &file, "--stand-ins", "--max-stand-ins", &most],
+    );
+    assert!(refused.err.contains("would be a stand-in"), "{refused:#?}");
+    assert!(stack.get("systems").is_empty());
+
+    let said = stack.expect(0, &["apply", &file, "--stand-ins"]);
+    let told = format!("{components} of {components} are stand-ins");
+    assert!(said.out.contains(&told), "{said:#?}");
+    let all = stack.get("components");
+    assert_eq!(all.len(), components);
+    for component in &all {
+        let status = &component["status"];
+        assert_eq!(
+            (&status["state"], &status["standIn"]),
+            (&"Active".into(), &true.into())
+        );
+    }
+    let flowing = |connectors: &[Value]| {
+        let data_ones = connectors.iter().filter(|c| c["spec"]["kind"] == "data");
+        let received = data_ones.map(|c| c["status"]["samplesReceived"].as_u64());
+        let received: Vec<_> = received.collect();
+        received.len() == data && received.iter().all(|count| *count >= Some(3))
+    };
+    stack.until("connectors", "samples arrive everywhere", flowing);
+
+    // What was decided is in the export, which needs no option.
+    let system = stack.get("systems").remove(0);
+    let name = system["metadata"]["name"].as_str().expect("a name");
+    let exported = stack.expect(0, &["export", name]).out;
+    let exported = stack.write("exported.xml", exported);
+    let again = stack.expect(
+        0,
+        &["apply", &exported.display().to_string(), "--name", name],
+    );
+    assert!(again.out.contains("no changes"), "{again:#?}");
+    stack.expect(0, &["teardown", name, "--yes"]);
+    stack.leaves_nothing();
+}
+
+#[test]
+fn a_crawler_runs_with_stand_ins() {
+    runs_with_stand_ins("Nobu19800__CrawlerSystem__Crawler.rtsys", 8, 8);
+}
+
+#[test]
+fn a_simulated_robot_runs_with_stand_ins_whose_types_nobody_here_knows() {
+    runs_with_stand_ins(
+        "sugarsweetrobotics__vrep_mcl_test__MobileRobotSystem.xml",
+        6,
+        7,
     );
 }

@@ -301,3 +301,45 @@ fn two_stacks_run_side_by_side() {
     assert_eq!(two.get("components").len(), 3);
     two.leaves_nothing();
 }
+
+/// A stand-in between real components, in their process and in another: they read what it sends and it reads what they do.
+#[test]
+fn a_stand_in_works_among_real_components_and_its_process_heals() {
+    let stack = Stack::new();
+    stack.expect(0, &["up"]);
+    let overlay = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Filter0: { standIn: always }\n";
+    let overlay = stack.write("overlay.yaml", overlay).display().to_string();
+    let said = stack.expect(0, &["apply", HELLO, "-f", &overlay]);
+    assert!(said.out.contains("1 of 3 are stand-ins"), "{said:#?}");
+    stack.until("connectors", "samples arrive on both connectors", flowing);
+    assert_eq!(
+        stack.named("components", "Filter0")["status"]["standIn"],
+        true
+    );
+    assert_eq!(
+        stack.named("components", "Sine0")["status"]["standIn"],
+        false
+    );
+    let log = stack.expect(0, &["logs", "Printer0"]).out;
+    assert!(!log.contains("WARN") && !log.contains("ERROR"), "{log}");
+
+    // The component itself takes its place, and back: the others stay.
+    let sine = stack.named("components", "Sine0")["status"]["incarnation"].clone();
+    stack.expect(0, &["apply", HELLO]);
+    assert_eq!(
+        stack.named("components", "Filter0")["status"]["standIn"],
+        false
+    );
+    let crash = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Filter0: { isolated: true, standIn: { when: always, crashAfter: 500ms } }\n";
+    let crash = stack.write("crash.yaml", crash).display().to_string();
+    stack.expect(0, &["apply", HELLO, "-f", &crash]);
+    assert_eq!(
+        stack.named("components", "Sine0")["status"]["incarnation"],
+        sine
+    );
+    stack.until("components", "it crashed and was made again", |all| {
+        let filter = all.iter().find(|c| c["metadata"]["name"] == "Filter0");
+        filter.is_some_and(|c| c["status"]["restarts"].as_u64() >= Some(1))
+    });
+    stack.leaves_nothing();
+}

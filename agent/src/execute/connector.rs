@@ -63,9 +63,9 @@ pub(crate) async fn reach(
     let Bound {
         incarnation,
         socket,
-    } = bound.map_err(|source| StepError::Peer {
+    } = bound.map_err(|why| StepError::Peer {
         node: node.clone(),
-        source,
+        why: Box::new(why),
     })?;
     let spec = wanted.connector.spec;
     dial(

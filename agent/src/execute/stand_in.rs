@@ -27,6 +27,7 @@ pub(super) fn put_in(
         request.sets.entry(active.clone()).or_default();
     }
     request.execution_kind = kind_name(ExecutionKind::Periodic).to_owned();
+    request.rate = request.rate.or(shape.rate);
     request.stand_in = Some(StandInShape {
         ports: shape.ports.into_iter().map(port).collect(),
         parameters: shape.parameters,

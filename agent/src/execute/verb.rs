@@ -40,12 +40,12 @@ pub(crate) enum StepError {
     #[error(transparent)]
     Stop(#[from] crate::managers::StopError),
     /// The agent of the node with the other end refused, or cannot be reached.
-    #[error("node {node} does not let it come: {source}")]
+    #[error("node {node} does not let it come: {why}")]
     Peer {
         /// Node name.
         node: String,
         /// Why.
-        source: rts_agent_api::ClientError,
+        why: Box<rts_agent_api::ClientError>,
     },
     /// A callback of its component does not return.
     #[error("{0}")]

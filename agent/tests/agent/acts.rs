@@ -303,7 +303,7 @@ async fn ends_that_do_not_fit_are_refused_with_advice() {
     422 wrong-direction: Filter0.in is an in-port: a connector goes from an out-port to an in-port; out-ports of Filter0: out
     422 wrong-direction: Sine0.out is an out-port: a connector goes from an out-port to an in-port; in-ports of Sine0: in
     404 not-found: Filter0 has no port uot; did you mean `out`? ports: in, out
-    404 not-found: node local has no component Printer9; did you mean `Printer0`? components: Filter0, Printer0, Sine0; both ends of a connector must be on one node: connections between nodes come with the network transport
+    404 not-found: node local has no component Printer9; did you mean `Printer0`? components: Filter0, Printer0, Sine0; both ends of a connector that no system has must be on one node: put one between nodes into the profile and apply it
     409 name-taken: Sine0 has a connector mine already, from Sine0.out to Printer0.in; disconnect that first (rtsctl disconnect mine), or choose another name
     409 name-taken: Sine0 has a connector mine already, from Sine0.out to Printer0.in; disconnect that first (rtsctl disconnect mine), or choose another name
     409 name-taken: Sine0.out-Filter0.in is the name of the connector from Sine0.out to Filter0.in in this system; choose another one

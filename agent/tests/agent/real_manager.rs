@@ -143,7 +143,11 @@ async fn the_real_hello_system_flows_stops_and_leaves_nothing() {
 async fn an_in_port_end_is_unbound_only_when_nobody_is_connected_to_it() {
     const NAME: &str = "Filter0.out-Printer0.in";
     let (node, _) = hello().await;
-    let ends = |inventory: &Inventory| component(inventory, "Printer0").bindings.clone();
+    let ends = |inventory: &Inventory| {
+        let mut ends = component(inventory, "Printer0").bindings.clone();
+        ends.iter_mut().for_each(|end| end.samples_received = 0);
+        ends
+    };
     let unbind = |id, needs: &[StepId]| {
         let work = Work::Unbind {
             manager: manager("Printer0"),

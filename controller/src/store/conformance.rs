@@ -23,7 +23,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
             orders: Orders::default(),
         },
         digests: [("A".to_owned(), "d".to_owned())].into(),
-        stand_ins: BTreeSet::new(),
+        stand_ins: ["A0".to_owned()].into(),
         nodes: ["local".to_owned()].into(),
         created: Timestamp::UNIX_EPOCH,
         deleted: None,

@@ -60,6 +60,7 @@ async fn reviewed(served: &Served, spec: SystemSpec) -> ApplyRequest {
         index: Some(planned.index),
         digest: Some(planned.digest),
         no_restart: false,
+        max_stand_ins: None,
     };
     expecting(spec, expect)
 }

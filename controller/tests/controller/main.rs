@@ -19,6 +19,7 @@ mod orders;
 mod reconcile;
 mod refusals;
 mod simulate;
+mod stand_ins;
 mod told;
 mod tombstones;
 mod two_ledgers;

@@ -6,6 +6,8 @@ mod interfaces;
 
 use std::collections::{BTreeSet, HashMap};
 
+pub(crate) use connector::direction;
+
 use super::library::{Found, Library};
 use super::sink::Sink;
 use crate::diagnostic::{Report, Severity};

@@ -5,6 +5,7 @@ use super::connector::End;
 use crate::rts_profile::CHOICES;
 use crate::rts_profile::model::{Connector, Port, property_value};
 use crate::span::{Span, Text};
+use crate::suggest;
 use crate::system::PortKind;
 
 /// The code and the words of each of the three choices, in their order.
@@ -13,6 +14,71 @@ const WORDS: [(&str, &str); 3] = [
     ("incompatible-dataflow-type", "dataflow type"),
     ("incompatible-subscription-type", "subscription type"),
 ];
+
+/// Values that are known of a connector's choices, in any case. More than one at a time is what a port offers.
+const KNOWN: [(&str, &str, &[&str]); 3] = [
+    (
+        "interfaceType",
+        CHOICES[0],
+        &[
+            "corba_cdr",
+            "corba_any",
+            "direct",
+            "shared_memory",
+            "data_service",
+            "csp_channel",
+            "tcp_any",
+            "ros",
+            "ros2",
+            "opensplice",
+            "fast-rtps",
+        ],
+    ),
+    ("dataflowType", CHOICES[1], &["push", "pull", "duplex"]),
+    (
+        "subscriptionType",
+        CHOICES[2],
+        &["flush", "new", "periodic", "block", "nonblock"],
+    ),
+];
+
+/// Says where a choice is none of those that are known, nor one that a port of the connector offers: it is passed on, and
+/// means something to nobody here.
+pub(super) fn known(
+    check: &mut Check<'_>,
+    connector: &Connector,
+    owner: &str,
+    ends: [Option<End<'_>>; 2],
+) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let attributes = [
+        &connector.interface_type,
+        &connector.dataflow_type,
+        &connector.subscription_type,
+    ];
+    for ((key, name, known), attribute) in KNOWN.into_iter().zip(attributes) {
+        let property = property_value(&connector.properties, name).map(|text| (name, text));
+        let attribute = attribute.as_ref().map(|text| (key, text));
+        let offered = |value: &str| {
+            let mut ends = ends.iter().flatten();
+            ends.any(|end| offers(end.port, name, value))
+        };
+        for (what, text) in attribute.into_iter().chain(property) {
+            let value = text.trimmed();
+            let is_known = known.iter().any(|k| k.eq_ignore_ascii_case(value));
+            if value.is_empty() || is_known || offered(value) {
+                continue;
+            }
+            let message = format!(
+                "`{value}` is no known {what} of {owner}; it is passed on as it is, and may mean nothing"
+            );
+            let help = suggest::advice(value, "known", known);
+            check.warning("unknown-value", message, text.span, help);
+        }
+    }
+}
 
 /// One end as it is told, and what it offers; `None` where nothing is said.
 pub(super) struct Offer<'a> {
@@ -37,7 +103,7 @@ pub(super) fn choices(check: &mut Check<'_>, connector: &Connector, ends: [End<'
 }
 
 /// True when a port names a value among those that it offers of a choice.
-pub(super) fn offers(port: &Port, choice: &str, value: &str) -> bool {
+fn offers(port: &Port, choice: &str, value: &str) -> bool {
     property_value(&port.properties, choice).is_some_and(|list| has(&list.value, value))
 }
 

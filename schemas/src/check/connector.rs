@@ -7,9 +7,7 @@ use super::sink::said;
 use super::{Check, choices, service};
 use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
-use crate::rts_profile::{
-    CHOICES, NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type,
-};
+use crate::rts_profile::{NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type};
 use crate::span::Span;
 use crate::suggest;
 use crate::system::{Direction, PortKind};
@@ -47,7 +45,7 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             "target",
             &owner,
         );
-        known_choices(check, connector, &owner, [source, target]);
+        choices::known(check, connector, &owner, [source, target]);
         service::bindings(check, connector, &owner);
         if let (Some(source), Some(target)) = (source, target) {
             if source.path() == target.path() {
@@ -75,71 +73,6 @@ pub(super) fn connectors(check: &mut Check<'_>) {
                     "each sample arrives twice; remove one",
                 );
             }
-        }
-    }
-}
-
-/// Values that are known of a connector's choices, in any case. More than one at a time is what a port offers.
-const KNOWN: [(&str, &str, &[&str]); 3] = [
-    (
-        "interfaceType",
-        CHOICES[0],
-        &[
-            "corba_cdr",
-            "corba_any",
-            "direct",
-            "shared_memory",
-            "data_service",
-            "csp_channel",
-            "tcp_any",
-            "ros",
-            "ros2",
-            "opensplice",
-            "fast-rtps",
-        ],
-    ),
-    ("dataflowType", CHOICES[1], &["push", "pull", "duplex"]),
-    (
-        "subscriptionType",
-        CHOICES[2],
-        &["flush", "new", "periodic", "block", "nonblock"],
-    ),
-];
-
-/// Says where a choice is none of those that are known, nor one that a port of the connector offers: it is passed on, and
-/// means something to nobody here.
-fn known_choices(
-    check: &mut Check<'_>,
-    connector: &Connector,
-    owner: &str,
-    ends: [Option<End<'_>>; 2],
-) {
-    if connector.kind != PortKind::Data {
-        return;
-    }
-    let attributes = [
-        &connector.interface_type,
-        &connector.dataflow_type,
-        &connector.subscription_type,
-    ];
-    for ((key, name, known), attribute) in KNOWN.into_iter().zip(attributes) {
-        let property = property_value(&connector.properties, name).map(|text| (name, text));
-        let attribute = attribute.as_ref().map(|text| (key, text));
-        let offered = |value: &str| {
-            let mut ends = ends.iter().flatten();
-            ends.any(|end| choices::offers(end.port, name, value))
-        };
-        for (what, text) in attribute.into_iter().chain(property) {
-            let value = text.trimmed();
-            let is_known = known.iter().any(|k| k.eq_ignore_ascii_case(value));
-            if value.is_empty() || is_known || offered(value) {
-                continue;
-            }
-            let message = format!(
-                "`{value}` is no known {what} of {owner}; it is passed on as it is, and may mean nothing"
-            );
-            let help = suggest::advice(value, "known", known);
-            check.warning("unknown-value", message, text.span, help);
         }
     }
 }

@@ -72,15 +72,23 @@ impl Library {
 
     /// The profile of a component's type: that of its very id, else of its vendor and category, else any.
     pub(super) fn find(&self, component: &Component) -> Option<Found<'_>> {
-        let kind = type_name(component)?;
-        let id = component.id.as_ref();
-        let fields = id.map(|id| fields(&id.value).map(str::to_owned));
+        let id = component.id.as_ref().map(|id| id.value.as_str());
+        self.find_by(id, &type_name(component)?)
+    }
+
+    /// The profile of a type, whatever the version; that of this id before others.
+    pub fn of_type(&self, id: &str, kind: &str) -> Option<&ReadRtcProfile> {
+        Some(self.find_by(Some(id), kind)?.profile)
+    }
+
+    fn find_by(&self, id: Option<&str>, kind: &str) -> Option<Found<'_>> {
+        let fields = id.map(|id| fields(id).map(str::to_owned));
         let exact = fields.as_ref().and_then(|fields| self.by_id.get(fields));
         let near = || {
             let [vendor, category, kind, _] = fields.clone()?;
             self.by_origin.get(&[vendor, category, kind])
         };
-        let index = *exact.or_else(near).or_else(|| self.by_type.get(&kind))?;
+        let index = *exact.or_else(near).or_else(|| self.by_type.get(kind))?;
         Some(Found {
             index,
             profile: self.profiles.get(index)?,

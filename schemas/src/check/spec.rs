@@ -141,7 +141,7 @@ fn component(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             component.instance
         );
         let pointer = format!("{at}/placement/manager");
-        let help = "up to 63 letters, digits, `-`, `_` and `.`, the first a letter or digit";
+        let help = "choose another name, such as `main`";
         let finding = Finding::error("bad-placement-value", message);
         report.push(pointer, finding.help(help));
     }

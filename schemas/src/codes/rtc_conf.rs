@@ -180,14 +180,18 @@ connections between two components; this one is left out.",
         title: "the wanted version of the schema has no place for this",
         explain: "\
 Profiles of version 0.1 have no groups, no order but StartUp and no constraints; RTC Profiles of 0.3 have no
-Parameters, those of 0.2 no event ports. `rtsctl convert` refuses to lose it; with `--force` it is left out, and named
-in a warning.",
+Parameters, those of 0.2 no event ports. `rtsctl convert` refuses to lose it; with `--force` it is left out, and each
+thing is named in a warning.
+
+In an RTS Profile 0.1 the source of a connector, the order of connectors and the ids of contexts are kept in properties
+`rtsctl.v02.…`, and are there again in version 0.2.",
     },
     Code {
         code: "comments-left-out",
-        title: "comments of the XML are not in the YAML",
+        title: "comments are not in the YAML that is written",
         explain: "\
-YAML profiles keep every value and every unknown element, but no comments and no processing instructions. Keep the XML
-file, or write the comments into the YAML by hand.",
+YAML profiles keep every value and every unknown element, but no comments and no processing instructions. Keep the old
+file, or write the comments into the YAML by hand. XML keeps them: those of a YAML file too, each before the element that
+it stood before.",
     },
 ];

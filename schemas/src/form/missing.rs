@@ -67,9 +67,8 @@ fn compare<'a>(old: &'a dyn Form, new: &dyn Form, alike: &Alike<'_>, all: &mut V
             |a: &Text, b: &Text| a.value == b.value || (alike.texts)(of, field, &a.value, &b.value);
         match (old.value(at), new.value(at)) {
             (Value::Text(Some(text)), Value::Text(other)) => {
-                if !other.is_some_and(|other| same(text, other)) {
-                    all.push(lacks(text));
-                }
+                let kept = other.is_some_and(|other| same(text, other));
+                all.extend((!kept).then(|| lacks(text)));
             }
             (Value::Texts(texts), Value::Texts(others)) => {
                 let mut others: Vec<&Text> = others.iter().collect();

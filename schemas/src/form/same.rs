@@ -41,13 +41,14 @@ pub(super) fn same_beside(a: &Beside, b: &Beside) -> bool {
         };
         strays.filter_map(element).collect()
     };
-    let texts = |beside: &Beside| -> Vec<String> {
+    // Two texts become one when nothing is left between them.
+    let texts = |beside: &Beside| -> String {
         let strays = beside.strays.iter();
         let text = |stray: &Stray| match stray {
-            Stray::Text(text) if !is_blank(text) => Some(text.trim().to_owned()),
-            _ => None,
+            Stray::Text(text) => text.split_ascii_whitespace().collect(),
+            _ => String::new(),
         };
-        strays.filter_map(text).collect()
+        strays.map(text).collect()
     };
     let same_key = |(a, b): (&(_, yaml::Node), &(_, yaml::Node))| same_node(&a.1, &b.1);
     attributes(&a.attributes) == attributes(&b.attributes)

@@ -2,7 +2,7 @@
 //! attribute would silently lose what it says.
 
 use super::allowance::FINDING_LIMIT;
-use super::place::{XML_NAMESPACE, declared_prefix, prefix_of};
+use super::place::{Scope, XML_NAMESPACE, declared_prefix, prefix_of};
 use super::read_xml::is_single;
 use super::{Form, FormType, Stray, Value, Vocabulary};
 use crate::diagnostic::{Finding, Report, Source};
@@ -16,6 +16,7 @@ pub fn report_unknown(form: &dyn Form, words: &Vocabulary, source: &Source, repo
         words,
         source,
         report,
+        scope: Scope::default(),
     };
     unknown.form(form);
 }
@@ -24,10 +25,14 @@ struct Unknown<'a> {
     words: &'a Vocabulary,
     source: &'a Source,
     report: &'a mut Report,
+    /// Which prefix stands for which namespace here.
+    scope: Scope,
 }
 
 impl Unknown<'_> {
     fn form(&mut self, form: &dyn Form) {
+        let depth = self.scope.depth();
+        self.scope.enter(&form.extra().get().attributes);
         self.unprefixed(form);
         for attribute in &form.extra().get().attributes {
             if self.is_meant_for_us(attribute) {
@@ -50,6 +55,7 @@ impl Unknown<'_> {
                 }
             }
         }
+        self.scope.leave(depth);
     }
 
     fn say(&mut self, span: Span, finding: impl FnOnce() -> Finding) {
@@ -81,7 +87,8 @@ impl Unknown<'_> {
                 continue;
             };
             let prefix = prefix_of(name);
-            let foreign = prefix.is_empty() || self.is_prefix_of_another(prefix, field.namespace);
+            let foreign =
+                prefix.is_empty() || self.scope.namespace(prefix) != Some(field.namespace);
             if let Value::Text(Some(text)) = form.value(at)
                 && foreign
             {
@@ -103,17 +110,10 @@ impl Unknown<'_> {
                 "{names} do not have the prefixes of the schema; they are read all the same"
             ),
         };
-        let help =
-            format!("write `{usual}` for `{name}`: other tools may pass over what has no prefix");
+        let help = format!("write `{usual}` for `{name}`: other tools may pass over it");
         self.say(*span, || {
             Finding::warning("unprefixed-attribute", message).help(help)
         });
-    }
-
-    /// True for a usual prefix of this vocabulary that usually is not that of the namespace.
-    fn is_prefix_of_another(&self, prefix: &str, namespace: &str) -> bool {
-        let mut known = self.words.prefixes.iter();
-        known.any(|(usual, uri)| *usual == prefix && *uri != namespace)
     }
 
     fn text(&mut self, text: &str, form: &dyn Form) {

@@ -50,6 +50,14 @@ pub static WORDS: Vocabulary = Vocabulary {
             "rtsProfile",
             "this is an RTS Profile, which describes a system; a component is described by `rtcProfile:`",
         ),
+        (
+            "apiVersion",
+            "this is a deployment overlay, which is laid over an RTS Profile (`-f PROFILE -f OVERLAY`)",
+        ),
+        (
+            "kind",
+            "this is a deployment overlay, which is laid over an RTS Profile (`-f PROFILE -f OVERLAY`)",
+        ),
     ],
 };
 

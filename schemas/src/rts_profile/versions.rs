@@ -246,9 +246,9 @@ mod tests {
         insta::assert_snapshot!(new);
         let mut before = spec(OLD);
         for component in &mut before.components {
-            component.full_id = crate::names::id_with_colons(&component.full_id);
+            component.full_id = id_with_colons(&component.full_id);
         }
-        before.full_id = crate::names::id_with_colons(&before.full_id);
+        before.full_id = id_with_colons(&before.full_id);
         assert_eq!(spec(&new), before);
         let (old, report) = converted(new.as_bytes(), Version::V01);
         assert_eq!(report, Report::default());
@@ -281,9 +281,9 @@ mod tests {
         let mut hello = load("system.xml", HELLO, None, &[]).unwrap().0;
         hello.orders = crate::system::Orders::default();
         for component in &mut hello.components {
-            component.full_id = crate::names::id_with_dots(&component.full_id).unwrap();
+            component.full_id = id_with_dots(&component.full_id).unwrap();
         }
-        hello.full_id = crate::names::id_with_dots(&hello.full_id).unwrap();
+        hello.full_id = id_with_dots(&hello.full_id).unwrap();
         assert_eq!(system, hello);
     }
 

@@ -1,6 +1,7 @@
-//! Direction and data type of each port: what it declares, else what the connectors at it say.
+//! Direction and data type of each port: what its RTC Profile says, else what it declares, else what the connectors at it
+//! say.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::system::{
     ComponentSpec, ConnectorSpec, Direction, PortKind, PortRef, PortSpec, SystemSpec,
@@ -9,7 +10,8 @@ use crate::system::{
 /// The data ports of a system and the connectors at them.
 #[derive(Debug, Default)]
 pub struct Ends<'a> {
-    declared: BTreeMap<Name<'a>, &'a PortSpec>,
+    /// In the order in which they count.
+    declared: BTreeMap<Name<'a>, Vec<&'a PortSpec>>,
     /// By instance and port: connectors in the order of the system.
     at: BTreeMap<Name<'a>, Vec<At<'a>>>,
 }
@@ -29,14 +31,20 @@ fn name(end: &PortRef) -> Name<'_> {
     (&end.instance, &end.port)
 }
 
+/// What its RTC Profile says goes before what its system says.
+fn declared(component: &ComponentSpec) -> impl Iterator<Item = &PortSpec> {
+    let profile = component.stand_in.profile.iter();
+    profile.flat_map(|of| &of.ports).chain(&component.ports)
+}
+
 impl<'a> Ends<'a> {
     /// Of a system.
     pub fn of(spec: &'a SystemSpec) -> Self {
         let mut ends = Self::default();
         for component in &spec.components {
-            for port in &component.ports {
+            for port in declared(component) {
                 let name = (component.instance.as_str(), port.name.as_str());
-                ends.declared.entry(name).or_insert(port);
+                ends.declared.entry(name).or_default().push(port);
             }
         }
         for connector in &spec.connectors {
@@ -58,15 +66,15 @@ impl<'a> Ends<'a> {
     /// The ports of a component: those that it declares, then those that only connectors name.
     pub fn ports(&self, component: &'a ComponentSpec) -> Vec<PortSpec> {
         let instance = component.instance.as_str();
-        let mut ports: Vec<PortSpec> = component
-            .ports
-            .iter()
-            .map(|port| self.port(instance, &port.name, port.kind))
-            .collect();
+        let mut ports: Vec<PortSpec> = Vec::new();
+        let mut names = BTreeSet::new();
+        for port in declared(component).filter(|port| names.insert(port.name.as_str())) {
+            ports.push(self.port(instance, &port.name, port.kind));
+        }
         let own = self.at.range((instance, "")..);
         for ((_, port), at) in own.take_while(|((of, _), _)| *of == instance) {
             let kind = at.first().map_or(PortKind::Data, |at| at.connector.kind);
-            if !component.ports.iter().any(|own| own.name == *port) {
+            if !names.contains(port) {
                 ports.push(self.port(instance, port, kind));
             }
         }
@@ -86,7 +94,7 @@ impl<'a> Ends<'a> {
 
     /// What it declares, else what all connectors at it agree on.
     fn direction(&self, name: Name<'a>) -> Option<Direction> {
-        let declared = self.declared.get(&name).and_then(|port| port.direction);
+        let declared = self.declared_at(name).find_map(|port| port.direction);
         declared.or_else(|| {
             let mut at = self.data_at(name).map(|at| at.direction);
             let first = at.next()?;
@@ -104,7 +112,12 @@ impl<'a> Ends<'a> {
     }
 
     fn own_type(&self, name: Name<'a>) -> Option<&'a str> {
-        self.declared.get(&name)?.data_type.as_deref()
+        self.declared_at(name)
+            .find_map(|port| port.data_type.as_deref())
+    }
+
+    fn declared_at(&self, name: Name<'a>) -> impl Iterator<Item = &'a PortSpec> {
+        self.declared.get(&name).into_iter().flatten().copied()
     }
 
     fn type_at(&self, name: Name<'a>) -> Option<&'a str> {

@@ -119,3 +119,37 @@ fn a_service_port_is_never_undetermined() {
     assert_eq!(shape.ports[0].kind, PortKind::Service);
     assert_eq!(shape.undetermined("svc"), None);
 }
+
+#[test]
+fn an_rtc_profile_goes_before_what_the_system_says() {
+    let text = r#"<?xml version="1.0" encoding="UTF-8"?>
+<rtc:RtcProfile rtc:id="RTC:v:c:A:1.0" rtc:version="0.2" xmlns:rtc="http://www.openrtp.org/namespaces/rtc"
+    xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
+  <rtc:BasicInfo rtc:name="A" rtc:version="1.0" rtc:vendor="v" rtc:category="c" rtc:executionRate="25"/>
+  <rtc:ConfigurationSet><rtc:Configuration rtc:name="gain" rtc:type="double" rtc:defaultValue="0.5"/></rtc:ConfigurationSet>
+  <rtc:DataPorts rtc:name="out" rtc:portType="DataOutPort" rtc:type="RTC::TimedDouble"/>
+  <rtc:DataPorts rtc:name="more" rtc:portType="DataInPort" rtc:type="RTC::TimedLong"/>
+  <rtc:ServicePorts rtc:name="svc"/>
+</rtc:RtcProfile>"#;
+    let mut library = crate::check::Library::default();
+    library.add(crate::rtc_profile::read("RTC.xml", text.as_bytes()).unwrap());
+    let ports = json!([{"name": "out", "kind": "data", "direction": "in", "dataType": "U"}]);
+    let components = json!([
+        {"instance": "A0", "type": "A", "fullId": "RTC:v:c:A:2.0", "ports": ports},
+        {"instance": "B0", "type": "B"},
+    ]);
+    let mut spec = system(&components, &[("A0.extra", "B0.in", Some("T"))]);
+    for component in &mut spec.components {
+        component.stand_in.profile = super::facts(&library, component);
+    }
+    insta::assert_snapshot!(self::ports(&spec, "A0"), @"
+    out Data Out IDL:RTC/TimedDouble:1.0
+    more Data In IDL:RTC/TimedLong:1.0
+    svc Service - -
+    extra Data Out T
+    ");
+    let shape = Shape::of(&spec.components[0], &Ends::of(&spec));
+    assert_eq!(shape.rate, Some(25.0));
+    assert_eq!(shape.parameters["gain"], "0.5");
+    assert_eq!(spec.components[1].stand_in.profile, None);
+}

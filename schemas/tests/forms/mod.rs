@@ -75,6 +75,14 @@ pub fn loose(mut tree: Tree) -> Tree {
     fn drop_blanks(element: &mut Element) {
         let blank = |node: &Node| matches!(node, Node::Text(text) if is_blank(text));
         element.children.retain(|node| !blank(node));
+        // Two texts become one when nothing is left between them.
+        element.children.dedup_by(|next, node| match (node, next) {
+            (Node::Text(text), Node::Text(more)) => {
+                *text = format!("{text}{more}").into();
+                true
+            }
+            _ => false,
+        });
         for node in &mut element.children {
             if let Node::Element(child) = node {
                 drop_blanks(child);

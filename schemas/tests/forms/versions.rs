@@ -44,7 +44,8 @@ pub fn only_what_is_named_is_lost(file: &str, bytes: &[u8]) -> Vec<String> {
     let place = |f: &&rts_schemas::diagnostic::Finding| {
         let place = f.place.as_ref().unwrap_or_else(|| panic!("{f:?}"));
         // An empty value stands where its element does.
-        let value = f.message.contains("` `") || f.message.contains("the kind `");
+        let values = ["` `", "the kind `", "the attribute `"];
+        let value = values.iter().any(|said| f.message.contains(said));
         (place.line, place.column, value)
     };
     // A text and a comment have no place of their own, but that of what they stand in.
@@ -139,7 +140,7 @@ fn erase(form: &mut dyn Form, back: &mut dyn Form, read: &ReadProfile, named: &N
         let beside = form.extra_mut().edit();
         beside
             .attributes
-            .retain(|attribute| !is_named(attribute.span));
+            .retain(|attribute| !among(attribute.span, true));
         beside.keys.retain(|(key, _)| !is_named(key.span));
         beside.strays.retain(|stray| match stray {
             Stray::Element(element) => !is_named(element.span),

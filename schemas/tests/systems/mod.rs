@@ -259,6 +259,7 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
             startup_time_ms: startup,
             fail,
             crash_after_ms: crash,
+            profile: None,
         });
     let resources = (
         option::of(select(vec!["0", "2-3", "0-1,5"])),

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod away;
+mod between;
 mod cable;
 mod comes_back;
 mod interrupted;

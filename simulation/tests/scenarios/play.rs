@@ -29,14 +29,6 @@ pub fn alpha() -> SystemSpec {
         }))
         .unwrap()
     };
-    let connector = |source: &str, target: &str| ConnectorSpec {
-        name: format!("{source}.out-{target}.in"),
-        kind: PortKind::Data,
-        source: port(source, "out"),
-        target: port(target, "in"),
-        data_type: None,
-        properties: [].into(),
-    };
     SystemSpec {
         name: "alpha".to_owned(),
         full_id: "RTSystem:sim:alpha:1.0".to_owned(),
@@ -54,6 +46,18 @@ pub fn alpha() -> SystemSpec {
 /// The same with one component on `node1`, which no apply needs any more once that has left.
 pub fn lone() -> SystemSpec {
     rts_simulation::workload::without(&alpha(), "B1")
+}
+
+/// From the out-port of a component to the in-port of another.
+pub fn connector(source: &str, target: &str) -> ConnectorSpec {
+    ConnectorSpec {
+        name: format!("{source}.out-{target}.in"),
+        kind: PortKind::Data,
+        source: port(source, "out"),
+        target: port(target, "in"),
+        data_type: None,
+        properties: [].into(),
+    }
 }
 
 fn port(instance: &str, port: &str) -> PortRef {

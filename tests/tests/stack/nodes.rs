@@ -77,7 +77,7 @@ fn healed(stack: &Stack, before: &BTreeMap<String, (String, u32)>, anew: &[&str]
                     && c["status"]["incarnation"] != before[*name].0.as_str()
             })
         };
-        components.len() == 3 && components.iter().all(active) && anew.iter().all(|n| fresh(&n))
+        components.len() == 3 && components.iter().all(active) && anew.iter().all(fresh)
     });
     flows(stack);
     for (name, was) in before {

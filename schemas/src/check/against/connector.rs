@@ -131,7 +131,7 @@ pub(super) fn path(component: &Component, bare: &str) -> String {
 }
 
 /// Of an RTC Profile's port type; an event port takes events in.
-pub(super) fn direction(port_type: &str) -> Option<Direction> {
+pub(crate) fn direction(port_type: &str) -> Option<Direction> {
     match port_type.to_ascii_lowercase().as_str() {
         "datainport" | "in" | "eventport" => Some(Direction::In),
         "dataoutport" | "out" => Some(Direction::Out),

@@ -77,7 +77,12 @@ impl<'a> Made<'a> {
                         self.end(manager, item, peer),
                     );
                     if let (Some(source), Some(target)) = ends {
-                        all.push(self.connection(manager, item, source, target));
+                        let instance = &source.component.instance;
+                        if *instance == target.component.instance && source.port == target.port {
+                            self.looped(manager, item, source);
+                        } else {
+                            all.push(self.connection(manager, item, source, target));
+                        }
                     }
                     if all.len() > CONNECTIONS {
                         let message = format!("there are more than {CONNECTIONS} connections");
@@ -89,6 +94,15 @@ impl<'a> Made<'a> {
             }
         }
         all
+    }
+
+    fn looped(&mut self, manager: &Manager, item: &Preconnect, end: End<'_>) {
+        let (instance, port) = (&end.component.instance, end.port);
+        let message = format!("the connection joins `{instance}.{port}` with itself");
+        let help = "name the port of another component as one of its ends";
+        let finding = Finding::error("self-connector", message);
+        self.report
+            .push(finding.at(manager.conf.place(item.span)).help(help));
     }
 
     fn end(&mut self, manager: &Manager, item: &'a Preconnect, port: &'a Port) -> Option<End<'a>> {

@@ -170,6 +170,14 @@ fn condition(old: Condition) -> v01::Condition {
             let fraction = fraction.trim_end_matches('0').trim_end_matches('.');
             Some(Text::new(format!("PT{seconds}{fraction}S"), text.span))
         });
+    let mut extra = old
+        .extra
+        .moved(Condition::form_type(), v01::Condition::form_type());
+    if wait_time.is_none() && !extra.is_empty() {
+        // A second one would be taken for the first, which could not be said.
+        let second = |stray: &Stray| matches!(stray, Stray::Element(e) if e.local() == "WaitTime");
+        extra.edit().strays.retain(|stray| !second(stray));
+    }
     v01::Condition {
         span: old.span,
         xsi_type: old.xsi_type,
@@ -178,9 +186,7 @@ fn condition(old: Condition) -> v01::Condition {
             .preceding
             .map(|preceding| Box::new(self::preceding(*preceding))),
         properties: old.properties,
-        extra: old
-            .extra
-            .moved(Condition::form_type(), v01::Condition::form_type()),
+        extra,
     }
 }
 
