@@ -60,6 +60,8 @@ pub struct Reconciler {
     runs: Runs,
     settling: Settling,
     drifts: Drifts,
+    /// When the last plan was begun: what was not to be tried then is planned again once it may be.
+    planned: Instant,
 }
 
 impl Reconciler {
@@ -70,6 +72,7 @@ impl Reconciler {
             runs: Runs::new(Arc::clone(&core)),
             settling: Settling::new(Arc::clone(&core)),
             drifts: Drifts::new(Arc::clone(&core)),
+            planned: Instant::now(),
             core,
         }
     }
@@ -99,7 +102,8 @@ impl Reconciler {
             SLOW_TICK
         };
         let tick = Instant::now() + tick;
-        let until = self.core.backoff().next().map_or(tick, |at| at.min(tick));
+        let due = self.core.backoff().next(self.planned);
+        let until = due.map_or(tick, |at| at.min(tick));
         tokio::select! {
             biased;
             () = self.core.wake.notified() => {}
@@ -125,6 +129,7 @@ impl Reconciler {
         // What is seen from here on was there after the agents had stored what they are judged by.
         let observed = self.core.look(SLOW_TICK).await;
         moved::seen(&self.core, &self.specs, &observed, &busy).await;
+        self.planned = Instant::now();
         let plan = self.plan(&placed, &observed, &busy, &long);
         let untold = self.specs.untold(&placed.desired, &faults);
         let planned = stamps

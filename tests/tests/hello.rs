@@ -83,6 +83,8 @@ fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
     assert!(said.out.contains("no changes"), "{said:#?}");
     assert_eq!(incarnations(&stack), before, "nothing restarts");
 
+    let picture = stack.expect(0, &["export", "hello", "-o", "svg"]).out;
+    assert!(picture.contains("Sine0: SineSource, Active"), "{picture}");
     let log = stack.expect(0, &["logs", "Printer0"]);
     assert!(log.out.lines().count() >= 2, "{log:#?}");
 

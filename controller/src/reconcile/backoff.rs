@@ -149,11 +149,11 @@ impl Backoff {
             .collect()
     }
 
-    /// The next time at which something may be tried again.
-    pub fn next(&self) -> Option<Instant> {
-        let now = Instant::now();
+    /// The first time after `planned` at which something may be tried again that could not be then. It may have passed.
+    pub fn next(&self, planned: Instant) -> Option<Instant> {
         let entries = self.targets.values();
-        entries.filter_map(|e| e.until.filter(|u| *u > now)).min()
+        let until = entries.filter_map(|e| e.until.filter(|u| *u > planned));
+        until.min()
     }
 
     /// What is known of a target.
@@ -194,10 +194,22 @@ mod tests {
         let again = backoff.failed("component/A0", Some("s"), "no", &Half, wall);
         assert_eq!(again, Duration::from_secs(1));
         backoff.succeeded("component/A0");
-        assert!(backoff.blocked_but(None).is_empty() && backoff.next().is_none());
+        assert!(backoff.blocked_but(None).is_empty());
+        assert!(backoff.next(Instant::now()).is_none());
         tokio::time::advance(RESET_AFTER).await;
         backoff.tidy();
         assert!(backoff.get("component/A0").is_none());
+    }
+
+    /// A plan takes its time: what it was made without may be due before anybody rests.
+    #[tokio::test(start_paused = true)]
+    async fn what_becomes_due_after_a_plan_was_begun_is_not_slept_through() {
+        let mut backoff = Backoff::default();
+        let delay = backoff.failed("component/A0", None, "no", &Half, Timestamp::UNIX_EPOCH);
+        let planned = Instant::now();
+        tokio::time::advance(delay + Duration::from_millis(30)).await;
+        assert_eq!(backoff.next(planned), Some(planned + delay));
+        assert_eq!(backoff.next(Instant::now()), None);
     }
 
     #[tokio::test(start_paused = true)]

@@ -1,5 +1,7 @@
 //! One suite for every implementation of [`Store`].
 
+use std::collections::BTreeSet;
+
 use jiff::Timestamp;
 use rts_schemas::system::{Orders, SystemSpec};
 

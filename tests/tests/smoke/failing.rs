@@ -87,7 +87,9 @@ fn a_component_that_never_activates() {
 
 #[test]
 fn a_component_that_crashes_again_and_again() {
-    let smoked = misbehaves(1, "fault: crash-later, after: 0.2", &["--no-faults"]);
+    // Late enough for the checks before it, on a busy machine too.
+    let fault = "fault: crash-later, after: 2.5";
+    let smoked = misbehaves(1, fault, &["--no-faults", "--steady", "4s"]);
     insta::assert_snapshot!(story(&smoked));
     has_evidence(&smoked);
 }

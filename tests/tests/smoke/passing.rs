@@ -62,6 +62,27 @@ fn hello_passes_and_is_told_in_three_ways() {
     }
 }
 
+/// One of three modules is not to be had.
+#[test]
+fn stand_ins_are_counted_and_there_may_be_too_many() {
+    let stack = Stack::new();
+    let profile = std::fs::read_to_string(rts_tests::root().join(HELLO)).expect("the manifest");
+    let profile = stack.write("system.xml", profile.replace(":Printer:", ":Plotter:"));
+    let junit = stack.write("smoke.xml", "before");
+    let [profile, junit] = [&profile, &junit].map(|path| path.to_str().expect("a path"));
+    let quick = [profile, "--stand-ins", "--no-faults", "--steady", "10ms"];
+    let smoked = smoke(&stack, 0, &[&quick[..], &["--junit", junit]].concat());
+    let said = "1 of 3 components is a stand-in";
+    assert!(smoked.out.trim_end().ends_with(said), "{smoked:#?}");
+    let text = std::fs::read_to_string(junit).expect("the JUnit file");
+    assert!(
+        text.contains(r#"name="stand-ins" value="1 of 3 are stand-ins""#),
+        "{text}"
+    );
+    let smoked = smoke(&stack, 3, &[&quick[..], &["--max-stand-ins", "0"]].concat());
+    assert!(smoked.out.contains("Printer0"), "{smoked:#?}");
+}
+
 #[test]
 fn two_at_once_do_not_meet() {
     let stack = Stack::new();

@@ -120,7 +120,7 @@ mod tests {
             "Create component/A".to_owned(),
             "Create component/B".to_owned(),
         );
-        see(&mut steps, &[a.clone()]);
+        see(&mut steps, std::slice::from_ref(&a));
         see(&mut steps, &[a.clone(), b.clone()]);
         see(&mut steps, std::slice::from_ref(&b));
         assert_eq!(steps.len(), 2);

@@ -124,7 +124,7 @@ fn size(block: &Block) -> Area {
     let ports = widest(&block.left) + widest(&block.right) + 4 * CHARACTER;
     Area {
         width: title.max(ports) + 4 * CHARACTER,
-        height: (2 + block.left.len().max(block.right.len())) * LINE + LINE / 2,
+        height: (2 + block.left.len().max(block.right.len())) * LINE + LINE,
         ..Area::default()
     }
 }

@@ -15,6 +15,8 @@ const STATES: [(&str, &str, &str); 5] = [
 ];
 /// Half the side of a port's square.
 const PORT: usize = 4;
+/// How far below its components a backward connector goes.
+const SWING: usize = 14;
 
 /// The text of the file.
 pub fn render(model: &Model, layout: &Layout) -> String {
@@ -102,8 +104,17 @@ fn component(block: &Block, area: Area) -> String {
 fn curve(wire: &Wire, model: &Model, layout: &Layout) -> String {
     let (x1, y1) = right(layout.blocks[wire.from.0], wire.from.1);
     let (x2, y2) = left(layout.blocks[wire.to.0], wire.to.1);
-    // Backward ones swing out, so that they are seen on both sides.
-    let pull = if x2 > x1 { (x2 - x1) / 2 } else { 80 };
+    let path = if x2 > x1 {
+        let pull = (x2 - x1) / 2;
+        format!("C {} {y1}, {} {y2}, {x2} {y2}", x1 + pull, x2 - pull)
+    } else {
+        // A backward one swings out on both sides, and goes below its two components.
+        let (from, to) = (layout.blocks[wire.from.0], layout.blocks[wire.to.0]);
+        let low = (from.y + from.height).max(to.y + to.height) + SWING;
+        let (right, left) = (x1 + 4 * SWING, x2.saturating_sub(4 * SWING));
+        let middle = (x1 + x2) / 2;
+        format!("C {right} {y1}, {right} {low}, {middle} {low} S {left} {y2}, {x2} {y2}")
+    };
     let colour = match wire.state.as_str() {
         "Connected" => "#333333",
         "Connecting" => "#d98200",
@@ -121,10 +132,8 @@ fn curve(wire: &Wire, model: &Model, layout: &Layout) -> String {
         wire.name.clone()
     };
     format!(
-        "<path d=\"M {x1} {y1} C {} {y1}, {} {y2}, {x2} {y2}\" fill=\"none\" stroke=\"{colour}\" \
-         stroke-width=\"1.5\"{dashes}><title>{}: {}</title></path>\n",
-        x1 + pull,
-        x2 as i64 - pull as i64,
+        "<path d=\"M {x1} {y1} {path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"{dashes}>\
+         <title>{}: {}</title></path>\n",
         escaped(&name),
         escaped(&wire.state)
     )
@@ -161,7 +170,7 @@ fn colours(state: &str) -> (&'static str, &'static str) {
 }
 
 fn left(area: Area, port: usize) -> (usize, usize) {
-    (area.x, area.y + (port + 3) * LINE - LINE / 2)
+    (area.x, area.y + (port + 3) * LINE - PORT / 2)
 }
 
 fn right(area: Area, port: usize) -> (usize, usize) {
