@@ -1,7 +1,5 @@
 //! One suite for every implementation of [`Store`].
 
-use std::collections::BTreeSet;
-
 use jiff::Timestamp;
 use rts_schemas::system::{Orders, SystemSpec};
 
