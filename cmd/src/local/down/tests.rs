@@ -123,14 +123,19 @@ fn a_lock_whose_holder_is_not_known_is_reported_and_nothing_is_guessed() {
 /// What a child of a manager writes about itself to the file that is its first argument.
 const CHILD: &str = "trap '' TERM; echo $$ > \"$0\"; exec sleep 1000";
 
+/// The child that wrote its number there, once it sleeps.
 fn pid_in(file: &Path) -> u32 {
     let end = Instant::now() + Duration::from_secs(10);
+    let sleeps = |pid: &u32| {
+        let name = std::fs::read_to_string(format!("/proc/{pid}/comm"));
+        name.is_ok_and(|name| name.trim() == "sleep")
+    };
     loop {
         let text = std::fs::read_to_string(file).unwrap_or_default();
-        if let Ok(pid) = text.trim().parse() {
+        if let Some(pid) = text.trim().parse().ok().filter(sleeps) {
             return pid;
         }
-        assert!(Instant::now() < end, "{} is empty", file.display());
+        assert!(Instant::now() < end, "nothing sleeps of {}", file.display());
         std::thread::sleep(Duration::from_millis(2));
     }
 }
