@@ -94,8 +94,7 @@ fn it_has_its_bounds() {
     let told = told(&[&long]);
     assert!(
         told.contains("Sine0: its recorded data has 1048577 bytes"),
-        "{:.300}",
-        told
+        "{told:.300}"
     );
 }
 
