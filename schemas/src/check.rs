@@ -13,6 +13,7 @@ mod location;
 mod order;
 mod parameters;
 mod placed;
+mod recorded;
 mod rtc;
 mod service;
 mod sink;

@@ -3,12 +3,14 @@
 
 mod lay;
 mod parts;
+mod recorded;
 mod settings;
 mod stand_in;
 mod values;
 
 pub use lay::{lay, lay_all};
 pub use parts::{keys, later, pointer};
+pub use recorded::Values;
 pub use settings::{of, settings};
 pub use stand_in::StandInSetting;
 pub use values::{
@@ -82,6 +84,8 @@ yaml_type! {
         fail: StandInFault = "fail";
         /// Time after its activation at which it brings its process down.
         crash_after: Time = "crashAfter";
+        /// Recorded values that an out-port plays instead of numbers, one in each cycle, and then again from the first.
+        data: Map<Values> = "data";
     }
 }
 
@@ -119,9 +123,17 @@ pub fn read(key: &Text, value: &Text, faults: &mut Faults) -> Option<Settings> {
         value: yaml::Value::Scalar(value.value.as_str().into()),
         span: value.span,
     };
-    let inner = key.value.rsplit('.').take(key.value.matches('.').count());
+    let inner = parts_of(&key.value).into_iter().skip(1).rev();
     let node = inner.fold(text, |node, part| mapping(part, key.span, node));
     Settings::read(&mapping(whole, key.span, node), "", faults)
+}
+
+/// The parts of a key of a profile. The name of a port is one, whatever is in it.
+pub fn parts_of(key: &str) -> Vec<&str> {
+    match key.strip_prefix("standIn.data.") {
+        Some(port) => vec!["standIn", "data", port],
+        None => key.split('.').collect(),
+    }
 }
 
 fn first(key: &str) -> &str {

@@ -5,6 +5,7 @@
 
 mod ports;
 mod profile;
+pub mod recorded;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,6 +39,9 @@ pub struct Shape {
     /// Milliseconds after its activation at which it brings its process down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crash_after_ms: Option<u64>,
+    /// Values that its out-ports play instead of numbers, from the first again after the last.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub data: BTreeMap<String, Vec<Vec<String>>>,
 }
 
 /// The shapes of the stand-ins for these instances of a system. One that was made of more than it would be now stays as it
@@ -93,6 +97,7 @@ impl Shape {
             startup_time_ms: said.startup_time_ms,
             fail: said.fail,
             crash_after_ms: said.crash_after_ms,
+            data: said.data.clone(),
         }
     }
 

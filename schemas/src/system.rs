@@ -278,6 +278,9 @@ pub struct StandInSpec {
     /// Milliseconds after its activation at which it brings its process down (`rtsctl.standIn.crashAfter`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crash_after_ms: Option<u64>,
+    /// Port → values that it plays, each the texts of its elements: one, but of a sequence any number (`rtsctl.standIn.data`).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub data: BTreeMap<String, Vec<Vec<String>>>,
     /// What the RTC Profile of the component's type says of it, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<RtcFacts>,

@@ -8,6 +8,7 @@ mod scalar;
 mod schema;
 mod setting;
 
+pub(crate) use collections::within;
 pub use collections::{List, Map};
 pub(crate) use declare::yaml_type;
 pub use faults::Faults;

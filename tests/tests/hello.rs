@@ -323,6 +323,28 @@ fn a_stand_in_works_among_real_components_and_its_process_heals() {
     let log = stack.expect(0, &["logs", "Printer0"]).out;
     assert!(!log.contains("WARN") && !log.contains("ERROR"), "{log}");
 
+    // Recorded data goes the same way as what the component would send.
+    // Each value lasts longer than the printer waits from line to line.
+    let values = format!("{}{}", "1.5, ".repeat(20), "42.5, ".repeat(20));
+    let played = format!(
+        "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    Filter0: {{ standIn: {{ when: always, data: {{ out: [{values}] }} }} }}\n"
+    );
+    let played = stack.write("played.yaml", &played).display().to_string();
+    stack.expect(0, &["apply", HELLO, "-f", &played]);
+    stack.until("connectors", "samples arrive on both connectors", flowing);
+    stack.until("components", "values are played again and again", |_| {
+        let log = stack.expect(0, &["logs", "Printer0"]).out;
+        let mut after = log.as_str();
+        let order = [" 1.5", " 42.5", " 1.5", " 42.5"];
+        order.iter().all(|value| match after.split_once(value) {
+            Some((_, rest)) => {
+                after = rest;
+                true
+            }
+            None => false,
+        })
+    });
+
     // The component itself takes its place, and back: the others stay.
     let sine = stack.named("components", "Sine0")["status"]["incarnation"].clone();
     stack.expect(0, &["apply", HELLO]);

@@ -26,6 +26,8 @@ pub struct StandIn {
     readers: BTreeMap<usize, Reader>,
     /// Number of the last sample of each out-port.
     sequence: u64,
+    /// Cycles since its activation: which of its recorded values is next.
+    cycle: usize,
     activated: Option<Instant>,
     buffer: Vec<u8>,
 }
@@ -37,6 +39,7 @@ impl StandIn {
             shape: shape.clone(),
             readers: BTreeMap::new(),
             sequence: 0,
+            cycle: 0,
             activated: None,
             buffer: Vec::new(),
         }
@@ -48,6 +51,7 @@ impl StandIn {
             callback::INITIALIZE => self.initialize(component),
             callback::ACTIVATED => {
                 self.activated = Some(Instant::now());
+                self.cycle = 0;
                 self.fails_in("activate")
             }
             callback::EXECUTE => self.execute(component),
@@ -91,7 +95,14 @@ impl StandIn {
                 }
                 PortEnd::Out(port) => {
                     let number = self.sequence;
-                    if !typed::encode(&port.data_type, number, &mut self.buffer) {
+                    let (data_type, buffer) = (&port.data_type, &mut self.buffer);
+                    let recorded = self.shape.data.get(&port.name);
+                    let recorded = recorded.and_then(|values| next(values, self.cycle));
+                    let is_known = match recorded {
+                        Some(texts) => typed::encode_recorded(data_type, texts, buffer),
+                        None => typed::encode(data_type, number, buffer),
+                    };
+                    if !is_known {
                         let identity = &component.identity;
                         let (name, life) = (&identity.instance, &identity.incarnation);
                         let sender = format!("{name}.{}#{life}", port.name);
@@ -101,6 +112,7 @@ impl StandIn {
                 }
             }
         }
+        self.cycle = self.cycle.wrapping_add(1);
         Ok(())
     }
 
@@ -125,5 +137,22 @@ impl StandIn {
                 component.log.write(Level::Info, &line);
             }
         }
+    }
+}
+
+/// The value of a cycle: after the last comes the first again.
+fn next(values: &[Vec<String>], cycle: usize) -> Option<&[String]> {
+    let index = cycle.checked_rem(values.len())?;
+    values.get(index).map(Vec::as_slice)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn after_the_last_value_comes_the_first_again() {
+        let values = ["a", "b", "c"].map(|text| vec![text.to_owned()]);
+        let played = (0..7).filter_map(|cycle| super::next(&values, cycle));
+        assert_eq!(played.flatten().cloned().collect::<String>(), "abcabca");
+        assert_eq!(super::next(&[], 3), None);
     }
 }

@@ -34,6 +34,7 @@ pub(super) fn put_in(
         startup_ms: shape.startup_time_ms,
         fail: shape.fail.map(|fail| fail.as_str().to_owned()),
         crash_after_ms: shape.crash_after_ms,
+        data: shape.data,
     });
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::recorded;
 use crate::diagnostic::{Finding, Report};
 use crate::names;
 use crate::placement;
@@ -52,6 +53,9 @@ pub fn spec_by_pointer(spec: &SystemSpec) -> Vec<Pointed> {
     }
     let mut known: Vec<&str> = instances.into_iter().collect();
     known.sort_unstable();
+    for (pointer, finding) in recorded::by_pointer(spec) {
+        report.push(pointer, finding);
+    }
     connectors(spec, &known, &mut report);
     for (order, conditions) in spec.orders.by_name() {
         for (index, condition) in conditions.iter().enumerate() {
@@ -156,7 +160,7 @@ fn settings(component: &ComponentSpec, at: &str, report: &mut Pointers) {
             continue;
         }
         if let Err(fault) = placement::set(&mut component.clone(), &key, &value) {
-            let path: Vec<&str> = key.split('.').collect();
+            let path: Vec<&str> = placement::parts_of(&key);
             let message = format!("component `{}`: {}", component.instance, fault.message);
             let finding = Finding { message, ..*fault };
             report.push(format!("{at}/{}", placement::pointer(&path)), finding);

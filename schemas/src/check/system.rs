@@ -2,6 +2,7 @@
 
 use super::configured::{configured, known_parameters};
 use super::library::Library;
+use super::recorded::recorded;
 use crate::check;
 use crate::diagnostic::Report;
 use crate::overlay::{self, KnownParameters, Overlay};
@@ -57,7 +58,10 @@ pub fn system(
         (overlay.file().to_owned(), report)
     });
     let laid = laid.collect();
-    let values = configured(&read, &spec, &places, library);
+    let mut values = configured(&read, &spec, &places, library);
+    if let Some(library) = library {
+        values.extend(recorded(&spec, &places, library));
+    }
     let hosts = overlays.iter().flat_map(Overlay::hosts);
     let hosts = hosts.map(|(host, node)| (host.to_owned(), node.to_owned()));
     let mut system = System {

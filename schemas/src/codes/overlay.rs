@@ -90,6 +90,24 @@ A rule under `order` names components and says who goes before or after them (`a
 Say it, or remove the rule.",
     },
     Code {
+        code: "bad-recorded-data",
+        title: "a stand-in cannot play what was recorded for it",
+        explain: "\
+Recorded data is played by an out-port of a stand-in, so the port must be there, must send, and its data type must be one
+of BasicDataType.idl that the SDK knows: TimedBoolean, TimedOctet, TimedShort, TimedLong, TimedFloat, TimedDouble,
+TimedString, and TimedOctetSeq, TimedShortSeq, TimedLongSeq, TimedFloatSeq, TimedDoubleSeq. Each value must be one of that
+type; those of a sequence are lists. A component may play 1 MiB, and a port 10,000 values.
+
+    components:
+      Encoder0:                                # its port `angle` is an out-port of TimedLong
+        standIn:
+          when: missing
+          data: { angle: [10, 20, 2.5] }       # 2.5 is no whole number
+
+Mend the value or the name of the port. Where only the RTC Profile of its type says what the port is, name that with
+`--rtc`.",
+    },
+    Code {
         code: "too-many-entries",
         title: "a part of an overlay is larger than its bound",
         explain: "\

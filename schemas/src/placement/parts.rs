@@ -20,6 +20,8 @@ pub fn pointer(path: &[&str]) -> String {
         ["package", ..] => "package/name".to_owned(),
         ["version", ..] => "package/version".to_owned(),
         ["standIn"] => "standIn/when".to_owned(),
+        ["standIn", "data"] => "standIn/data".to_owned(),
+        ["standIn", "data", port, ..] => format!("standIn/data/{}", escaped(port)),
         ["standIn", "fail", ..] => "standIn/fail".to_owned(),
         ["standIn", key, ..] => format!("standIn/{key}Ms"),
         ["resources", "memoryLimit", ..] => "resources/memoryLimitBytes".to_owned(),
@@ -79,6 +81,7 @@ mod tests {
             "drift" => "adopt",
             "standIn" => "missing",
             "standIn.fail" => "execute",
+            "standIn.data.NAME" => "[1]",
             "standIn.startupTime" | "standIn.crashAfter" => "3s",
             "resources.cpus" => "1",
             "resources.realtimePriority" => "50",
@@ -91,7 +94,7 @@ mod tests {
     #[test]
     fn each_key_sets_the_field_that_its_pointer_names() {
         let keys = keys();
-        assert_eq!(keys.len(), KEYS.len() + 1 + 3);
+        assert_eq!(keys.len(), KEYS.len() + 1 + 4);
         for key in &keys {
             let mut component = ComponentSpec::default();
             set(&mut component, key, other(key)).unwrap();

@@ -120,6 +120,7 @@ mod tests {
             ("standIn.startupTime", "2s"),
             ("standIn.fail", "activate"),
             ("standIn.crashAfter", "5s"),
+            ("standIn.data.NAME", r#"["1","a b",["2","3"]]"#),
             ("resources.cpus", "2-3,5"),
             ("resources.realtimePriority", "50"),
             ("resources.memoryLimit", "256MiB"),

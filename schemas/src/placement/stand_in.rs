@@ -1,12 +1,14 @@
 //! `standIn`: a plain word says when there is one, a mapping also how it behaves.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
-use super::StandInSettings;
-use crate::span::Span;
+use super::{StandInSettings, Values};
+use crate::span::{Span, Text};
 use crate::system::{StandIn, StandInSpec};
 use crate::yaml::{self, Node};
-use crate::yaml_type::{Definitions, Faults, Leaf, Row, Setting, YamlType};
+use crate::yaml_type::{Definitions, Faults, Leaf, Map, Row, Setting, YamlType};
 
 /// What is said of a stand-in, in either form.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -20,6 +22,7 @@ impl StandInSetting {
         said.startup_time.lay_some(&mut onto.startup_time_ms);
         said.fail.lay_some(&mut onto.fail);
         said.crash_after.lay_some(&mut onto.crash_after_ms);
+        data(&said.data, &mut onto.data);
     }
 
     /// What has to be said to get it.
@@ -29,6 +32,7 @@ impl StandInSetting {
             startup_time: Setting::some(spec.startup_time_ms),
             fail: Setting::some(spec.fail),
             crash_after: Setting::some(spec.crash_after_ms),
+            data: said_of(&spec.data),
         })
     }
 
@@ -39,6 +43,34 @@ impl StandInSetting {
             ..self.0.clone()
         }
     }
+}
+
+/// Port by port.
+fn data(said: &Setting<Map<Values>>, onto: &mut BTreeMap<String, Vec<Vec<String>>>) {
+    let ports = match said {
+        Setting::Silent => return,
+        Setting::Removed(_) => return onto.clear(),
+        Setting::Said(ports, _) => ports,
+    };
+    for (port, said) in ports.iter() {
+        match said {
+            Setting::Silent => {}
+            Setting::Removed(_) => {
+                onto.remove(port.trimmed());
+            }
+            Setting::Said(values, _) => {
+                onto.insert(port.trimmed().to_owned(), values.0.clone());
+            }
+        }
+    }
+}
+
+fn said_of(data: &BTreeMap<String, Vec<Vec<String>>>) -> Setting<Map<Values>> {
+    let ports = data.iter().map(|(port, values)| {
+        let values = Setting::said(Values(values.clone()));
+        (Text::new(port.as_str(), Span::default()), values)
+    });
+    Setting::some((!data.is_empty()).then(|| Map(ports.collect())))
 }
 
 impl YamlType for StandInSetting {

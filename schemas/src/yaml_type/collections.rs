@@ -88,7 +88,8 @@ fn key_problem(key: &str) -> Option<&'static str> {
     }
 }
 
-fn within(count: usize, key: &str, node: &Node, faults: &mut Faults) -> Option<()> {
+/// A fault when a mapping or list has too many entries.
+pub(crate) fn within(count: usize, key: &str, node: &Node, faults: &mut Faults) -> Option<()> {
     if count <= ENTRIES {
         return Some(());
     }

@@ -2,4 +2,5 @@
 
 mod laws;
 mod lay;
+mod recorded;
 mod text;

@@ -1,6 +1,6 @@
 //! Random systems that the checks let pass, with everything that a system can say.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::collection::{btree_map, vec};
 use proptest::option;
@@ -259,6 +259,8 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
             startup_time_ms: startup,
             fail,
             crash_after_ms: crash,
+            // Only of the ports that there are; tests of its own have it.
+            data: BTreeMap::new(),
             profile: None,
         });
     let resources = (

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use rts_manager_api::control::{PortInfo, StandInShape};
+use rts_schemas::stand_in::recorded;
 
 use super::descriptor::MAX_ITEMS;
 use super::{Code, Direction, Module, Port};
@@ -25,6 +26,17 @@ impl Module {
             return Err(format!("its port `{}` is there twice", port.name));
         }
         let connectable = |info: &PortInfo| port(info).ok_or_else(|| info.clone());
+        for (name, values) in &shape.data {
+            let own = shape.ports.iter().find(|port| port.name == *name);
+            let Some(own) = own.filter(|port| port.direction == "out") else {
+                return Err(format!(
+                    "there is recorded data for `{name}`, which is none of its out-ports"
+                ));
+            };
+            if let Some((problem, help)) = recorded::problem(&own.data_type, values) {
+                return Err(format!("recorded data of `{name}`: {problem}; {help}"));
+            }
+        }
         let mut module = Self {
             type_name: type_name.to_owned(),
             path: String::new(),
@@ -90,6 +102,20 @@ mod tests {
             names(&module.port_infos()),
             ["out", "svc", "what", "untyped"]
         );
+    }
+
+    #[test]
+    fn recorded_data_that_cannot_be_played_is_refused() {
+        let mut shape = shape(&[("in", "in", "T"), ("out", "out", "IDL:RTC/TimedOctet:1.0")]);
+        let mut problem = |port: &str, value: &str| {
+            shape.data = [(port.to_owned(), vec![vec![value.to_owned()]])].into();
+            Module::stand_in("X", &shape).err()
+        };
+        let no_port = "there is recorded data for `in`, which is none of its out-ports";
+        assert_eq!(problem("in", "1").as_deref(), Some(no_port));
+        let wrong = "recorded data of `out`: value 1 of 1, `256`, is no TimedOctet; expected: a whole number from 0 to 255";
+        assert_eq!(problem("out", "256").as_deref(), Some(wrong));
+        assert_eq!(problem("out", "255"), None);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Samples of the types that the SDK knows: a real value that carries the number, so that real components can read it.
 
 use rts_runtime::types::{
-    DataType, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong,
-    TimedLongSeq, TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,
+    DataType, Time, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq,
+    TimedLong, TimedLongSeq, TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,
 };
+use rts_schemas::stand_in::recorded::Value;
 
 /// From here on a float has no place for each whole number.
 const FLOAT: u64 = 1 << 24;
@@ -18,6 +19,18 @@ macro_rules! types {
                 if data_type == $name::TYPE_ID {
                     let $number = number;
                     return $name::now($value).encode(buffer).is_ok();
+                }
+            )*
+            false
+        }
+
+        /// Encodes a recorded value; false when its texts spell none, or for a type that is not known here.
+        pub fn encode_recorded(data_type: &str, texts: &[String], buffer: &mut Vec<u8>) -> bool {
+            $(
+                if data_type == $name::TYPE_ID {
+                    let data = Value::of(texts);
+                    let sample = data.map(|data| $name { tm: Time::now(), data });
+                    return sample.is_some_and(|sample| sample.encode(buffer).is_ok());
                 }
             )*
             false
@@ -57,6 +70,7 @@ types! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rts_schemas::stand_in::recorded::problem;
 
     #[test]
     fn every_number_is_a_value_of_every_type() {
@@ -91,6 +105,26 @@ mod tests {
         );
         encode(TimedBoolean::TYPE_ID, 2, &mut buffer);
         assert!(!TimedBoolean::decode(&buffer).unwrap().data);
+    }
+
+    /// So what the checks let pass is a value here.
+    #[test]
+    fn what_can_be_played_is_what_is_known() {
+        let mut buffer = Vec::new();
+        let one = [vec!["1".to_owned()]];
+        for data_type in KNOWN {
+            assert_eq!(problem(data_type, &one), None);
+            assert!(encode_recorded(data_type, &one[0], &mut buffer));
+            assert_eq!(is_value(data_type, &buffer), Some(true), "{data_type}");
+        }
+        let image = "IDL:Img/TimedCameraImage:1.0";
+        assert!(problem(image, &one).is_some());
+        assert!(!encode_recorded(image, &one[0], &mut buffer));
+        let texts = ["0.5".to_owned(), "-.inf".to_owned()];
+        assert!(encode_recorded(TimedFloatSeq::TYPE_ID, &texts, &mut buffer));
+        let read = TimedFloatSeq::decode(&buffer).unwrap();
+        assert_eq!(read.data, [0.5, f32::NEG_INFINITY]);
+        assert!(!encode_recorded(TimedFloat::TYPE_ID, &texts, &mut buffer));
     }
 
     #[test]

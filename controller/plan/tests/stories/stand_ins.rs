@@ -57,10 +57,15 @@ fn a_parameter_that_changes_leaves_it_and_its_behaviour_does_not() {
     story.turn();
     changed.spec.components[1].stand_in.crash_after_ms = Some(5000);
     settle(&mut changed, &["Filter0"]);
-    story.world.apply(changed);
+    story.world.apply(changed.clone());
     insta::assert_snapshot!("behaviour", tell(&story.plan()));
     story.turn();
     assert!(story.plan().is_empty());
+    let played = ("out".to_owned(), vec![vec!["1".to_owned()]]);
+    changed.spec.components[1].stand_in.data = [played].into();
+    settle(&mut changed, &["Filter0"]);
+    story.world.apply(changed);
+    assert!(tell(&story.plan()).starts_with("! component/Filter0                  its stand-in changed"));
 }
 
 #[test]

@@ -25,4 +25,7 @@ pub struct StandInShape {
     /// Milliseconds after its activation at which it ends its process.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crash_after_ms: Option<u64>,
+    /// Port → values that it plays instead of numbers, each the texts of its elements.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub data: BTreeMap<String, Vec<Vec<String>>>,
 }
