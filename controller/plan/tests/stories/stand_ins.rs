@@ -65,7 +65,10 @@ fn a_parameter_that_changes_leaves_it_and_its_behaviour_does_not() {
     changed.spec.components[1].stand_in.data = [played].into();
     settle(&mut changed, &["Filter0"]);
     story.world.apply(changed);
-    assert!(tell(&story.plan()).starts_with("! component/Filter0                  its stand-in changed"));
+    assert!(
+        tell(&story.plan())
+            .starts_with("! component/Filter0                  its stand-in changed")
+    );
 }
 
 #[test]
