@@ -103,9 +103,9 @@ async fn follow(
     controller: &Controller,
     session: &Session,
 ) -> Result<Exit, CliError> {
-    if !result.changed && result.plan.is_empty() && is_settled(&result.system) {
-        session.out.result("no changes")?;
-        return Ok(Exit::Ok);
+    let unchanged = !result.changed && result.plan.is_empty();
+    if unchanged && is_settled(&result.system) {
+        return no_changes(session);
     }
     for note in &result.system.status.notes {
         session.out.say(&format!("note: {note}"));
@@ -120,6 +120,8 @@ async fn follow(
     );
     let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
     match verdict {
+        // What was stored a moment ago was only not looked at yet.
+        Verdict::Converged(waiting) if unchanged && waiting.is_empty() => no_changes(session),
         Verdict::Converged(waiting) => converged(&system, &waiting, start.elapsed(), session),
         Verdict::Partly(waiting) => {
             list_waiting(&waiting, session);
@@ -134,6 +136,11 @@ async fn follow(
             })
         }
     }
+}
+
+fn no_changes(session: &Session) -> Result<Exit, CliError> {
+    session.out.result("no changes")?;
+    Ok(Exit::Ok)
 }
 
 async fn dry_run(input: &Input, args: &Args, session: &Session) -> Result<Exit, CliError> {
