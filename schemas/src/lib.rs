@@ -8,7 +8,6 @@ pub mod codes;
 pub mod diagnostic;
 pub mod docs;
 pub mod form;
-
 pub mod idl;
 pub mod json_schema;
 pub mod names;
