@@ -1,5 +1,7 @@
 //! What every transport must do, required of each.
 
+#![allow(clippy::unwrap_used)]
+
 mod cases;
 mod child;
 mod ends;

@@ -49,8 +49,9 @@ pub fn a_killed_sender_is_a_loss(kind: Kind) {
 pub fn a_killed_receiver_is_a_loss(kind: Kind) {
     for waits in [false, true] {
         let (ours, theirs) = sockets(kind);
-        let mut child = start("take one", kind, Some(theirs));
         let mut sender = kind.sender(ours).unwrap();
+        sender.push(sample(1, 10)).unwrap();
+        let mut child = start("take one", kind, Some(theirs));
         let killing = std::thread::spawn(move || {
             std::thread::sleep(Duration::from_millis(300));
             child.kill().unwrap();
@@ -65,7 +66,6 @@ pub fn a_killed_receiver_is_a_loss(kind: Kind) {
                 }
             }
         } else {
-            sender.push(sample(1, 10)).unwrap();
             end_of_sender(&mut *sender)
         };
         assert!(matches!(ended, Ended::Lost(_)), "{ended:?}");
