@@ -5,13 +5,15 @@ use std::io;
 use std::os::fd::OwnedFd;
 use std::str::FromStr;
 
-use crate::{Receiver, Sender, tcp, unix};
+use crate::{Receiver, Sender, shm, tcp, unix};
 
 /// A transport, as `dataport.interface_type` names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// Inside a process.
     InProcess,
+    /// Shared memory.
+    SharedMemory,
     /// Unix socket.
     Unix,
     /// TCP.
@@ -20,12 +22,13 @@ pub enum Kind {
 
 impl Kind {
     /// All, the best first where several reach.
-    pub const ALL: [Self; 3] = [Self::InProcess, Self::Unix, Self::Tcp];
+    pub const ALL: [Self; 4] = [Self::InProcess, Self::SharedMemory, Self::Unix, Self::Tcp];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::InProcess => "inproc",
+            Self::SharedMemory => "shm",
             Self::Unix => "uds",
             Self::Tcp => "tcp",
         }
@@ -35,6 +38,7 @@ impl Kind {
     pub fn sender(self, socket: OwnedFd) -> io::Result<Box<dyn Sender>> {
         Ok(match self {
             Self::InProcess => return Err(self.needs_none()),
+            Self::SharedMemory => Box::new(shm::sender(socket.into())?),
             Self::Unix => Box::new(unix::sender(socket.into())?),
             Self::Tcp => Box::new(tcp::sender(socket.into())?),
         })
@@ -44,6 +48,7 @@ impl Kind {
     pub fn receiver(self, socket: OwnedFd) -> io::Result<Box<dyn Receiver>> {
         Ok(match self {
             Self::InProcess => return Err(self.needs_none()),
+            Self::SharedMemory => Box::new(shm::receiver(socket.into())?),
             Self::Unix => Box::new(unix::receiver(socket.into())?),
             Self::Tcp => Box::new(tcp::receiver(socket.into())?),
         })

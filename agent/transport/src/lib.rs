@@ -3,6 +3,7 @@
 //! | transport | between | what it is |
 //! |---|---|---|
 //! | [`inproc`] | two threads of a process | a ring of payloads; nothing is copied, no lock is taken |
+//! | [`shm`] | processes of a machine | frames in a ring of shared memory |
 //! | [`unix`] | processes of a machine | frames on a Unix socket |
 //! | [`tcp`] | machines | the same frames on TCP |
 //!
@@ -24,6 +25,7 @@ pub mod frame;
 pub mod inproc;
 mod kind;
 mod sample;
+pub mod shm;
 mod signal;
 mod socket;
 mod stream;

@@ -29,12 +29,14 @@ fn shut_writing(socket: &OwnedFd) {
     rustix::net::shutdown(socket, rustix::net::Shutdown::Write).unwrap();
 }
 
-pub fn a_connection_that_is_closed_on_one_side_only_is_a_loss(kind: Kind) {
+pub fn a_receiver_that_sends_nothing_any_more_is_a_loss(kind: Kind) {
     let (ours, theirs) = sockets(kind);
     let mut sender = kind.sender(ours).unwrap();
     shut_writing(&theirs);
     assert!(matches!(end_of_sender(&mut *sender), Ended::Lost(_)));
+}
 
+pub fn a_sender_that_sends_nothing_any_more_is_a_loss(kind: Kind) {
     let (mut raw, mut receiver) = receiver(kind);
     raw.write_all(&header(1, 3)).unwrap();
     raw.write_all(&sample(1, 3).payload).unwrap();

@@ -6,6 +6,7 @@ mod cases;
 mod child;
 mod ends;
 mod hostile;
+mod hostile_memory;
 mod leaks;
 mod processes;
 
@@ -46,7 +47,7 @@ macro_rules! between_processes {
             processes::another_process_gets_what_is_sent_and_answers,
             processes::a_killed_sender_is_a_loss,
             processes::a_killed_receiver_is_a_loss,
-            hostile::a_connection_that_is_closed_on_one_side_only_is_a_loss,
+            hostile::a_receiver_that_sends_nothing_any_more_is_a_loss,
         }
     };
 }
@@ -54,6 +55,7 @@ macro_rules! between_processes {
 macro_rules! over_sockets {
     ($kind:ident) => {
         tests! { $kind:
+            hostile::a_sender_that_sends_nothing_any_more_is_a_loss,
             hostile::what_is_no_frame_is_refused,
             hostile::a_cut_sample_is_a_loss,
         }
@@ -62,6 +64,11 @@ macro_rules! over_sockets {
 
 mod inproc {
     everywhere!(InProcess);
+}
+
+mod shm {
+    everywhere!(SharedMemory);
+    between_processes!(SharedMemory);
 }
 
 mod unix {
