@@ -125,7 +125,7 @@ impl Soak<'_> {
                 0 if self.flows() => return Ok(()),
                 // A process that was killed a moment ago may still be on its way back.
                 0 | 5 if Instant::now() < deadline => {
-                    std::thread::sleep(Duration::from_millis(100))
+                    std::thread::sleep(Duration::from_millis(100));
                 }
                 _ => return Err(format!("the system does not settle: {said:#?}")),
             }
