@@ -5,6 +5,7 @@
 pub mod canonical;
 pub mod check;
 pub mod codes;
+pub mod connector;
 pub mod diagnostic;
 pub mod docs;
 pub mod form;
