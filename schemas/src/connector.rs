@@ -47,9 +47,7 @@ pub enum Dataflow {
 /// When a connector that pushes sends a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Subscription {
-    /// Nothing is said: at once inside a process, else from a buffer. The writer never waits.
-    Unsaid,
-    /// In the writer's own call (`flush`, and `block` of OpenRTM 2).
+    /// In the writer's own call (`flush`, and `block` of OpenRTM 2), also when nothing is said.
     Flush,
     /// From a buffer, soon after each write (`new`, and `nonblock` of OpenRTM 2).
     New(PushPolicy),
@@ -141,7 +139,7 @@ impl Default for ConnectorSettings {
     fn default() -> Self {
         Self {
             dataflow: Dataflow::Push,
-            subscription: Subscription::Unsaid,
+            subscription: Subscription::Flush,
             interface: Interface::Best,
             endian: String::new(),
             out_buffer: BufferSettings::default(),

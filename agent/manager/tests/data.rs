@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeMap;
 use std::os::unix::net::UnixStream;
 
 use rts_manager_api::PROTOCOL_VERSION;
@@ -320,6 +321,8 @@ fn greet(
         data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         encoding: "cdr-le".to_owned(),
         good_bye: true,
+        properties: BTreeMap::new(),
+        stamped: false,
     };
     change(&mut hello);
     let mut stream = target.connect();

@@ -91,13 +91,12 @@ impl<'a> Reader<'a> {
         // As OpenRTM has it: what is said of one end alone goes before what is said of both.
         let policy = self.push_policy();
         match self.word("dataport.subscription_type").as_str() {
-            "flush" | "block" => Subscription::Flush,
             "new" | "nonblock" => Subscription::New(policy),
             "periodic" => Subscription::Periodic {
                 period: self.period(),
                 policy,
             },
-            _ => Subscription::Unsaid,
+            _ => Subscription::Flush,
         }
     }
 
