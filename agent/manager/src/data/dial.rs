@@ -1,12 +1,13 @@
 //! Opening a connection to the in-port end of a connector in another process.
 
+use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rts_manager_api::OLDEST_PROTOCOL_VERSION;
 use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
-use rts_manager_api::data::{DataHello, DataReply};
+use rts_manager_api::data::{DataHello, DataReply, GOOD_BYE};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::{self, Timed};
 
@@ -65,6 +66,10 @@ pub fn dial(
         frame::read_answer(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
     reply.result?;
     if pulls && !reply.pull {
+        if reply.good_bye {
+            // So that it is no loss to the other end. When it does not arrive, that one has gone.
+            let _ = (&stream).write_all(&GOOD_BYE);
+        }
         return Err(failure(
             FailureCode::PeerFailed,
             format!(
