@@ -86,7 +86,7 @@ impl StandIn {
             match port {
                 PortEnd::In(port) => {
                     let reader = self.readers.entry(index).or_default();
-                    while let Some(payload) = port.read() {
+                    while let Some(payload) = port.read().sample() {
                         if let Err(problem) = reader.take(&port.data_type, &payload) {
                             let line = format!("port {}: {problem}", port.name);
                             component.log.write(Level::Warn, &line);

@@ -161,7 +161,7 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
             else {
                 return return_code::BAD_PARAMETER;
             };
-            let Some(payload) = port.read() else {
+            let Some(payload) = port.read().sample() else {
                 return NO_DATA;
             };
             let mut lent = lock(&context.lent[index]);

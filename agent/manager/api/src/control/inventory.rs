@@ -184,4 +184,23 @@ pub struct BindingInfo {
     pub drops: u64,
     /// Jumps in the sequence that the reader saw.
     pub gaps: u64,
+    /// Of the samples received; none before the first, or from a manager that does not measure it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// Time from the write to the read of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Latency {
+    /// Samples measured.
+    pub count: u64,
+    /// The shortest, in nanoseconds.
+    pub min_ns: u64,
+    /// Half of them took no longer; up to twice too high.
+    pub median_ns: u64,
+    /// 99 of 100 took no longer; up to twice too high.
+    pub p99_ns: u64,
+    /// The longest.
+    pub max_ns: u64,
 }
