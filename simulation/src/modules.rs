@@ -86,6 +86,7 @@ impl SimModule {
             path: self.path(),
             ports: self.ports.clone(),
             parameters: self.parameters.clone(),
+            ..ModuleInfo::default()
         }
     }
 

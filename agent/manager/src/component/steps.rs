@@ -131,7 +131,7 @@ impl Context<'_> {
         rate.map_or(Ok(()), check_rate)?;
         let old = lock(&self.component.status).configuration.clone();
         let new = old
-            .updated(sets, active)
+            .updated(sets, active, &self.component.module.limits)
             .map_err(|e| invalid(format!("{}: {e}", self.component.identity.instance)))?;
         let before = old.effective();
         let mut taken = Vec::new();
@@ -171,7 +171,7 @@ impl Context<'_> {
         self.component
             .log
             .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        let told = self.instance.callback(callback::RATE_CHANGED);
+        let told = self.instance.callback(callback::ON_RATE_CHANGED);
         told.map_err(|error| {
             self.abort(&error.message);
             refusal(self.component, &error)

@@ -85,6 +85,11 @@ impl InPort {
         lock(&self.waiting).read()
     }
 
+    /// Whether the running callback may read a sample.
+    pub fn is_new(&self) -> bool {
+        lock(&self.waiting).is_new()
+    }
+
     /// Drops what waits: it came before the reader was there to act on it.
     pub fn clear(&self) {
         for lane in lock(&self.waiting).take_lanes() {
@@ -132,6 +137,12 @@ impl Waiting {
                 self.firsts.remove(&(arrival, key));
             }
         }
+    }
+
+    fn is_new(&self) -> bool {
+        self.firsts
+            .first()
+            .is_some_and(|(arrival, _)| *arrival < self.horizon)
     }
 
     fn read(&mut self) -> Option<Payload> {
@@ -222,10 +233,13 @@ mod tests {
         let (port, source) = port();
         send(&port, &source, 1..=2);
         assert!(port.read().is_none(), "no callback has begun");
+        assert!(!port.is_new());
         port.begin();
+        assert!(port.is_new());
         assert!(port.read().is_some());
         send(&port, &source, 3..=3);
         assert!(port.read().is_some());
+        assert!(!port.is_new());
         assert!(port.read().is_none());
         assert_eq!(read_all(&port), [3]);
     }
