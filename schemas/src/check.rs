@@ -25,7 +25,7 @@ mod value;
 pub use against::against;
 pub(crate) use against::direction;
 pub use library::Library;
-pub use limits::Limits;
+pub use limits::{Limits, Refusal};
 pub use placed::placed;
 pub use rtc::rtc_profile;
 pub use spec::{Pointed, spec, spec_by_pointer};

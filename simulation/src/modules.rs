@@ -104,6 +104,7 @@ impl SimModule {
         ModuleDescription {
             ports: self.ports.iter().map(port).collect(),
             parameters: self.parameters.clone(),
+            limits: BTreeMap::new(),
         }
     }
 }

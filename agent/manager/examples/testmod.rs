@@ -239,9 +239,7 @@ impl Component {
             let host = &*self.host;
             match (host.read)(host.context, 0, &raw mut sample) {
                 PORT_BUFFER_EMPTY => None,
-                PORT_OK if sample.len == 8 => {
-                    Some(sample.data.cast::<u64>().read_unaligned())
-                }
+                PORT_OK if sample.len == 8 => Some(sample.data.cast::<u64>().read_unaligned()),
                 other => panic!("read returned {other} with {} bytes", sample.len),
             }
         }

@@ -4,9 +4,9 @@
 
 use std::ops::{Deref, DerefMut};
 
+use crate::RtcResult;
 use crate::abi::{self, Host};
 use crate::port_status::PortStatus;
-use crate::RtcResult;
 
 /// Memory of the manager that a sample is encoded into, so that it is not copied. Made by
 /// [`OutPort::loan`](crate::OutPort::loan); dropped unused, it is given back.

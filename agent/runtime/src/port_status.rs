@@ -59,7 +59,8 @@ mod tests {
                 Err(error) => format!("{}: {error}", error.code()),
             })
             .collect();
-        let refused = |code: &str, name: &str| format!("{code}: the manager refused to write: {name}");
+        let refused =
+            |code: &str, name: &str| format!("{code}: the manager refused to write: {name}");
         assert_eq!(
             told,
             [

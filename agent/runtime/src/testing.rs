@@ -93,7 +93,10 @@ impl TestHost {
     pub fn create(module: &'static Module) -> Result<Self, Failure> {
         let state = Rc::new(RefCell::new(State {
             // SAFETY: texts of a descriptor are static.
-            types: ports(module).iter().map(|port| unsafe { text::read(port.type_id) }).collect(),
+            types: ports(module)
+                .iter()
+                .map(|port| unsafe { text::read(port.type_id) })
+                .collect(),
             rate: module.default_rate,
             ..State::default()
         }));
@@ -373,7 +376,10 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
 unsafe extern "C" fn is_new(context: *mut c_void, port: u32) -> i32 {
     // SAFETY: as in `log`.
     let state = unsafe { state(context) }.borrow();
-    state.queues.get(&port).is_some_and(|queue| !queue.is_empty()) as i32
+    state
+        .queues
+        .get(&port)
+        .is_some_and(|queue| !queue.is_empty()) as i32
 }
 
 unsafe extern "C" fn loan(context: *mut c_void, port: u32, len: usize, loan: *mut Loan) -> i32 {
@@ -399,7 +405,11 @@ unsafe extern "C" fn publish(context: *mut c_void, token: u64, len: usize) -> i3
     let Some((port, words)) = state.take_loan(token) else {
         return port_status::PORT_INVALID_ARGS;
     };
-    let bytes: Vec<u8> = words.into_iter().flat_map(u64::to_ne_bytes).take(len).collect();
+    let bytes: Vec<u8> = words
+        .into_iter()
+        .flat_map(u64::to_ne_bytes)
+        .take(len)
+        .collect();
     let sample = Sample {
         type_id: state.types.get(port as usize).cloned().unwrap_or_default(),
         encoding: abi::ENCODING_CDR_LE,

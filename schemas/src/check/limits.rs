@@ -1,5 +1,7 @@
 //! What a module says of a parameter's values, so that a wrong one is refused before anything starts.
 
+use std::fmt;
+
 use super::constraint::{self, Rule};
 use super::value::fits_type;
 
@@ -8,6 +10,21 @@ use super::value::fits_type;
 pub struct Limits {
     value_type: String,
     rule: Rule,
+}
+
+/// Why a value is refused.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// Code of the finding.
+    pub code: &'static str,
+    /// For people, as the end of a sentence.
+    pub reason: String,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.reason)
+    }
 }
 
 impl Limits {
@@ -22,13 +39,19 @@ impl Limits {
         })
     }
 
-    /// Why a value is refused: what would be allowed. An empty one is the component's to judge.
-    pub fn problem(&self, value: &str) -> Option<String> {
+    /// Why a value is refused. An empty one is the component's to judge.
+    pub fn problem(&self, value: &str) -> Option<Refusal> {
         if fits_type(&self.value_type, value) == Some(false) {
-            return Some(format!("it is no `{}`", self.value_type));
+            return Some(Refusal {
+                code: "bad-parameter-value",
+                reason: format!("it is no `{}`", self.value_type),
+            });
         }
         let fits = value.trim().is_empty() || self.rule.fits(value);
-        (!fits).then(|| format!("allowed: {}", self.rule.text()))
+        (!fits).then(|| Refusal {
+            code: "value-outside-constraint",
+            reason: format!("allowed: {}", self.rule.text()),
+        })
     }
 }
 
@@ -39,15 +62,22 @@ mod tests {
     #[test]
     fn a_value_keeps_to_its_type_and_its_constraint() {
         let problem = |value_type, constraint, value: &str| {
-            Limits::read(value_type, constraint).unwrap().problem(value)
+            let limits = Limits::read(value_type, constraint).unwrap();
+            limits.problem(value).map(|refusal| refusal.to_string())
         };
         assert_eq!(problem("double", "0<=x<=1", "0.5"), None);
         assert_eq!(problem("", "", "anything"), None);
         assert_eq!(problem("int", "x>0", ""), None);
         let told = |text: &str| Some(text.to_owned());
-        assert_eq!(problem("double", "0<=x<=1", "2"), told("allowed: 0 <= x <= 1"));
+        assert_eq!(
+            problem("double", "0<=x<=1", "2"),
+            told("allowed: 0 <= x <= 1")
+        );
         assert_eq!(problem("int", "", "fast"), told("it is no `int`"));
-        assert_eq!(problem("string", "(slow,fast)", "x"), told("allowed: (slow, fast)"));
+        assert_eq!(
+            problem("string", "(slow,fast)", "x"),
+            told("allowed: (slow, fast)")
+        );
         assert!(Limits::read("", "(a").unwrap_err().contains("never closed"));
     }
 }

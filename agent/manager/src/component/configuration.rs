@@ -101,7 +101,10 @@ mod tests {
     fn a_value_that_the_module_does_not_allow_is_refused_in_any_set() {
         let made = Configuration::new(&values("a=1 b=2"));
         let limits = BTreeMap::from([("a".to_owned(), Limits::read("int", "x<5").unwrap())]);
-        let refused = |text| made.updated(&sets("fast", text), None, &limits).unwrap_err();
+        let refused = |text| {
+            made.updated(&sets("fast", text), None, &limits)
+                .unwrap_err()
+        };
         assert_eq!(
             refused("a=5"),
             "parameter `a` = `5` of the set `fast`: allowed: x < 5"
@@ -110,7 +113,10 @@ mod tests {
             refused("a=x"),
             "parameter `a` = `x` of the set `fast`: it is no `int`"
         );
-        assert!(made.updated(&sets("fast", "a=4 b=x"), None, &limits).is_ok());
+        assert!(
+            made.updated(&sets("fast", "a=4 b=x"), None, &limits)
+                .is_ok()
+        );
     }
 
     #[test]
@@ -130,7 +136,8 @@ mod tests {
     fn unknown_names_are_refused_with_those_that_exist() {
         let made = Configuration::new(&values("a=1 b=2"));
         assert_eq!(
-            made.updated(&sets("default", "c=1"), None, NONE).unwrap_err(),
+            made.updated(&sets("default", "c=1"), None, NONE)
+                .unwrap_err(),
             "there is no parameter `c`; the parameters are: a, b"
         );
         assert_eq!(

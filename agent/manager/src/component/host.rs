@@ -180,7 +180,9 @@ unsafe extern "C" fn now(_context: *mut c_void, clock: u32) -> i64 {
     match clock {
         abi::CLOCK_REALTIME => SystemTime::now()
             .duration_since(UNIX_EPOCH)
-            .map_or(0, |since| i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)),
+            .map_or(0, |since| {
+                i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+            }),
         abi::CLOCK_MONOTONIC => {
             let since = START.get_or_init(Instant::now).elapsed();
             i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
@@ -296,7 +298,11 @@ unsafe extern "C" fn publish(context: *mut c_void, token: u64, len: usize) -> i3
 
 unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
     // SAFETY: as for `log`.
-    unsafe { guarded(context, (), |context| drop(lock(&context.loans).take(token, 0))) }
+    unsafe {
+        guarded(context, (), |context| {
+            drop(lock(&context.loans).take(token, 0))
+        })
+    }
 }
 
 /// Whether a struct that a module passes is there, of this version, and as long as this version has it.

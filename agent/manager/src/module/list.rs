@@ -60,7 +60,11 @@ pub(super) unsafe fn list<T: Sized32>(
 }
 
 /// Reads the size of an item, after its version.
-unsafe fn head(what: &'static str, item: *const u8, least: usize) -> Result<usize, DescriptorError> {
+unsafe fn head(
+    what: &'static str,
+    item: *const u8,
+    least: usize,
+) -> Result<usize, DescriptorError> {
     // SAFETY: the caller vouches for the item, and both come first.
     let (version, size) = unsafe {
         let words = item.cast::<u32>();

@@ -88,9 +88,6 @@ pub enum Execution {
 }
 
 impl Execution {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Periodic, Self::EventDriven, Self::External];
-
     /// Name in the protocol.
     pub fn name(self) -> &'static str {
         match self {
@@ -265,10 +262,12 @@ impl Module {
 /// The version of the interface that a library has an entry function for, when it has none for ours.
 fn other_version(library: &Library) -> Option<u32> {
     let stem = ENTRY.trim_end_matches(|c: char| c.is_ascii_digit());
-    VERSIONS.filter(|version| *version != ABI_VERSION).find(|version| {
-        // SAFETY: the address is looked for, and nothing is called.
-        unsafe { library.get::<Entry>(format!("{stem}{version}").as_bytes()) }.is_ok()
-    })
+    VERSIONS
+        .filter(|version| *version != ABI_VERSION)
+        .find(|version| {
+            // SAFETY: the address is looked for, and nothing is called.
+            unsafe { library.get::<Entry>(format!("{stem}{version}").as_bytes()) }.is_ok()
+        })
 }
 
 /// An error with its causes: libloading keeps the text of dlerror as the cause.

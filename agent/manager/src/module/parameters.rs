@@ -45,7 +45,7 @@ pub(super) unsafe fn parameters(module: &abi::Module) -> Result<Parameters, Desc
             DescriptorError::Constraint(name.clone(), facts.constraint.clone(), why)
         })?;
         if let Some(problem) = limits.problem(&default) {
-            return Err(DescriptorError::Default(name, default, problem));
+            return Err(DescriptorError::Default(name, default, problem.reason));
         }
         if facts != ParameterFacts::default() {
             read.facts.insert(name.clone(), facts);

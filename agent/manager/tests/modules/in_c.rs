@@ -16,13 +16,25 @@ fn repository() -> PathBuf {
 fn build(source: &Path, library: &Path, language: &[&str]) {
     let done = Command::new("cc")
         .args(language)
-        .args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC", "-I"])
+        .args([
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+            "-shared",
+            "-fPIC",
+            "-I",
+        ])
         .arg(repository().join("agent/runtime/include"))
         .arg("-o")
         .args([library, source])
         .output()
         .unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
 }
 
 fn load(type_name: &str, path: &Path) -> RequestBody {
@@ -52,7 +64,10 @@ fn end(manager: &Running, name: &str, direction: &str, values: &[&str]) -> Reque
         direction: direction.to_owned(),
         data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
     };
-    let values: Vec<_> = values.iter().map(|value| vec![(*value).to_owned()]).collect();
+    let values: Vec<_> = values
+        .iter()
+        .map(|value| vec![(*value).to_owned()])
+        .collect();
     request.stand_in = Some(StandInShape {
         ports: vec![port],
         data: (!values.is_empty())
@@ -81,7 +96,10 @@ fn a_component_in_c_or_cpp_runs_like_the_others() {
         assert_eq!(factor.value_type, "double");
         assert_eq!(factor.constraint, "-1000<=x<=1000");
 
-        for (value, why) in [("fast", "it is no `double`"), ("5000", "allowed: -1000 <= x <= 1000")] {
+        for (value, why) in [
+            ("fast", "it is no `double`"),
+            ("5000", "allowed: -1000 <= x <= 1000"),
+        ] {
             let request = create(&manager, "Scale", &[("factor", value)]);
             let failure = refused(&mut client, RequestBody::Create(request), SOON);
             assert_eq!(failure.code, FailureCode::Invalid);
@@ -101,7 +119,10 @@ fn a_component_in_c_or_cpp_runs_like_the_others() {
         ok(&mut client, end(&manager, "Source", "out", &["1.5"]));
         for (from, to, incarnation) in [("Source", "Scale", scale), ("Scale", "Sink", sink)] {
             let request = connection(from, to, &incarnation, None);
-            ok(&mut client, binding(&request.connector, to, "in", &format!("{from}.out")));
+            ok(
+                &mut client,
+                binding(&request.connector, to, "in", &format!("{from}.out")),
+            );
             ok(&mut client, RequestBody::Connect(request));
         }
         for instance in ["Sink", "Scale", "Source"] {
@@ -109,7 +130,9 @@ fn a_component_in_c_or_cpp_runs_like_the_others() {
         }
         until("samples come through", || {
             let sink = component(&mut client, "Sink");
-            sink.bindings.iter().any(|binding| binding.samples_received >= 3)
+            sink.bindings
+                .iter()
+                .any(|binding| binding.samples_received >= 3)
         });
         for instance in ["Source", "Scale", "Sink"] {
             ok(&mut client, deactivate(instance));
@@ -128,7 +151,10 @@ fn a_module_of_another_version_is_refused_with_both_versions_and_what_to_do() {
     let mut client = manager.client();
     for (version, advice) in [
         (0, "rebuild the module with the SDK of this rtsctl"),
-        (2, "upgrade rtsctl on this node, or rebuild the module with the SDK of this rtsctl"),
+        (
+            2,
+            "upgrade rtsctl on this node, or rebuild the module with the SDK of this rtsctl",
+        ),
     ] {
         let source = folder.path().join("it.c");
         let text = format!("const void *rts_module_v{version}(void) {{ return 0; }}\n");

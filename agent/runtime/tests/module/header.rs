@@ -5,7 +5,9 @@ use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rts_runtime::abi::{self, Buffer, Host, Loan, Module, Parameter, Port, Service, Text, callback};
+use rts_runtime::abi::{
+    self, Buffer, Host, Loan, Module, Parameter, Port, Service, Text, callback,
+};
 
 const HEADER: &str = "include/rtsctl/rts_module.h";
 /// Set, the header is written instead of compared.
@@ -106,7 +108,9 @@ fn header() -> String {
         header: Some(HEAD.to_owned()),
         include_guard: Some("RTSCTL_RTS_MODULE_H".to_owned()),
         no_includes: true,
-        sys_includes: ["stddef.h", "stdint.h", "string.h"].map(str::to_owned).into(),
+        sys_includes: ["stddef.h", "stdint.h", "string.h"]
+            .map(str::to_owned)
+            .into(),
         usize_is_size_t: true,
         documentation_style: cbindgen::DocumentationStyle::C99,
         line_length: 100,
@@ -114,7 +118,9 @@ fn header() -> String {
     };
     config.export.prefix = Some("RTS_".to_owned());
     config.export.renaming_overrides_prefixing = true;
-    config.export.rename = NAMES.map(|(from, to)| (from.to_owned(), to.to_owned())).into();
+    config.export.rename = NAMES
+        .map(|(from, to)| (from.to_owned(), to.to_owned()))
+        .into();
     config.export.include = NAMES.map(|(from, _)| from.to_owned()).into();
     let mut text = Vec::new();
     cbindgen::Builder::new()
@@ -129,7 +135,12 @@ fn header() -> String {
     let text = text.replace("rts_text_t default_;", "rts_text_t default_value;");
     let text = text.replace("rts_text_t default;", "rts_text_t default_value;");
     let end = text.rfind("#endif").unwrap();
-    format!("{}{HELPERS}{}#endif\n\n{}", &text[..end], layout(), &text[end..])
+    format!(
+        "{}{HELPERS}{}#endif\n\n{}",
+        &text[..end],
+        layout(),
+        &text[end..]
+    )
 }
 
 /// Links of the Rust documentation, as C has their names.
@@ -140,7 +151,11 @@ fn links(text: &str) -> String {
             && part.chars().nth(1).is_some_and(|c| c.is_ascii_uppercase());
         let member = NAMES.iter().find_map(|(rust, c)| {
             let rest = part.strip_prefix(rust)?;
-            Some(format!("{c}{}", rest.strip_prefix("::").map_or(rest.to_owned(), |rest| format!(".{rest}"))))
+            Some(format!(
+                "{c}{}",
+                rest.strip_prefix("::")
+                    .map_or(rest.to_owned(), |rest| format!(".{rest}"))
+            ))
         });
         match member {
             Some(member) if index > 0 => out += &member,
@@ -177,13 +192,25 @@ fn compilers_of_c_and_of_cpp_accept_the_header_with_all_warnings() {
         let source = folder.path().join("it.c");
         std::fs::write(&source, "#include <rtsctl/rts_module.h>\n").unwrap();
         let done = compile(&source, language, standard);
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        assert!(
+            done.status.success(),
+            "{}",
+            String::from_utf8_lossy(&done.stderr)
+        );
     }
 }
 
 fn compile(source: &Path, language: &str, standard: &str) -> std::process::Output {
     Command::new("cc")
-        .args(["-x", language, standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror"])
+        .args([
+            "-x",
+            language,
+            standard,
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+        ])
         .args(["-fsyntax-only", "-I"])
         .arg(folder().join("include"))
         .arg(source)
