@@ -304,6 +304,7 @@ mod tests {
             samples_received: came.0,
             drops: came.1,
             gaps: 0,
+            latency: None,
         });
         let views = [a, b].map(|component| view(vec![component])).to_vec();
         let inventory = merge("local", views, &Policies::default());

@@ -169,7 +169,7 @@ impl Fake {
                 type_name, path, ..
             } => {
                 modules.insert(type_name.clone(), path.clone());
-                return Ok(ResponseBody::Module(module(&type_name, &path)));
+                return Ok(ResponseBody::Module(Box::new(module(&type_name, &path))));
             }
             RequestBody::UnloadModule { type_name } => {
                 if modules.remove(&type_name).is_none() {
@@ -215,6 +215,7 @@ impl Fake {
                     samples_received: 7,
                     drops: 0,
                     gaps: 0,
+                    latency: None,
                 });
                 let incarnation = component.incarnation.clone();
                 return Ok(ResponseBody::Bound { incarnation });

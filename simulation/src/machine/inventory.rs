@@ -125,6 +125,7 @@ impl End {
             samples_received: source.map_or(0, |source| source.received as u64),
             drops: 0,
             gaps: 0,
+            latency: None,
         }
     }
 }

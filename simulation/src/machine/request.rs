@@ -142,7 +142,9 @@ async fn load(
         Some(process.load(type_name, module, digest))
     });
     let gone = || Err(refuse(FailureCode::Internal, "the process has ended"));
-    loaded.unwrap_or_else(gone).map(ResponseBody::Module)
+    loaded
+        .unwrap_or_else(gone)
+        .map(|module| ResponseBody::Module(Box::new(module)))
 }
 
 async fn create(

@@ -84,7 +84,7 @@ pub enum ResponseBody {
     /// Nothing to say.
     Done,
     /// A module was opened.
-    Module(ModuleInfo),
+    Module(Box<ModuleInfo>),
     /// Modules that are open.
     Modules(Vec<ModuleInfo>),
     /// A component was created.

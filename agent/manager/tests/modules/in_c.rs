@@ -29,7 +29,7 @@ fn build(source: &Path, library: &Path, language: &[&str]) {
         .arg("-o")
         .args([library, source])
         .output()
-        .unwrap();
+        .expect("a compiler");
     assert!(
         done.status.success(),
         "{}",

@@ -127,14 +127,14 @@ fn header() -> String {
         .with_src(folder().join("src/abi.rs"))
         .with_config(config)
         .generate()
-        .unwrap()
+        .expect("the source is Rust")
         .write(&mut text);
-    let text = String::from_utf8(text).unwrap();
+    let text = String::from_utf8(text).expect("UTF-8");
     let text = links(&text);
     // A name that C keeps for itself.
     let text = text.replace("rts_text_t default_;", "rts_text_t default_value;");
     let text = text.replace("rts_text_t default;", "rts_text_t default_value;");
-    let end = text.rfind("#endif").unwrap();
+    let end = text.rfind("#endif").expect("an include guard");
     format!(
         "{}{HELPERS}{}#endif\n\n{}",
         &text[..end],
@@ -215,5 +215,5 @@ fn compile(source: &Path, language: &str, standard: &str) -> std::process::Outpu
         .arg(folder().join("include"))
         .arg(source)
         .output()
-        .unwrap()
+        .expect("a compiler")
 }

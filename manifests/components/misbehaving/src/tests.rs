@@ -29,7 +29,11 @@ fn it_fails_in_the_callback_that_it_is_told() {
         ("error-startup", callback::ON_STARTUP, "on_startup"),
         ("error-activate", callback::ON_ACTIVATED, "on_activated"),
         ("error-execute", callback::ON_EXECUTE, "on_execute"),
-        ("ignore-deactivate", callback::ON_DEACTIVATED, "on_deactivated"),
+        (
+            "ignore-deactivate",
+            callback::ON_DEACTIVATED,
+            "on_deactivated",
+        ),
         ("error-abort", callback::ON_ABORTING, "on_aborting"),
         ("error-error", callback::ON_ERROR, "on_error"),
         ("error-reset", callback::ON_RESET, "on_reset"),
