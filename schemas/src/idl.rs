@@ -11,7 +11,9 @@ pub mod model;
 mod names;
 mod preprocessor;
 mod reader;
+pub mod rust;
 mod sources;
+mod standard;
 mod token;
 
 pub use limits::FILE as SIZE_LIMIT;
@@ -21,6 +23,7 @@ pub use model::{
     UnionCase, Unit,
 };
 pub use sources::{Found, Include, NoSources, Sources};
+pub use standard::{Standard, standard};
 
 use self::reader::Reader;
 use crate::diagnostic::{Finding, Report};

@@ -64,6 +64,9 @@ pub use error::{ReturnCode, RtcError, RtcResult};
 pub use loan::Loan;
 pub use port_status::PortStatus;
 pub use ports::{InPort, OutPort};
+/// For types that are generated from IDL.
+#[doc(hidden)]
+pub use serde;
 
 /// Keeps the guide's first example compiling.
 #[cfg(doctest)]

@@ -1,11 +1,13 @@
 //! Data types of data ports and their encoding: CDR (XCDR1), little endian, without an encapsulation header.
 
+mod generated;
 mod timed;
 
 use byteorder::LittleEndian;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+pub use generated::{Array, Nested, nested};
 pub use timed::{
     Time, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong,
     TimedLongSeq, TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,
