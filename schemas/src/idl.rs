@@ -12,6 +12,7 @@ mod names;
 mod preprocessor;
 mod reader;
 mod sources;
+mod standard;
 mod token;
 
 pub use limits::FILE as SIZE_LIMIT;
@@ -21,6 +22,7 @@ pub use model::{
     UnionCase, Unit,
 };
 pub use sources::{Found, Include, NoSources, Sources};
+pub use standard::{Standard, standard};
 
 use self::reader::Reader;
 use crate::diagnostic::{Finding, Report};

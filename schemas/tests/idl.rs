@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use rts_schemas::diagnostic::{Report, render};
-use rts_schemas::idl::{Found, Include, NoSources, Sources, read};
+use rts_schemas::idl::{Found, Include, Kind, NoSources, Sources, Standard, read, standard};
 
 const ACCEPTED: &str = include_str!("idl/accepted.txt");
 const REFUSED: &str = include_str!("idl/refused.txt");
@@ -391,4 +391,33 @@ fn what_is_too_much_is_refused() {
         (many.len(), many.last().map(String::as_str)),
         (101, Some("too-many-problems"))
     );
+}
+
+#[test]
+fn the_types_of_openrtm_are_all_there() {
+    let mut said = String::new();
+    for (name, _) in Standard::files() {
+        let text = format!("#include <rtm/idl/{name}>\n#include \"{name}\"\n");
+        let read = read("f.idl", text.as_bytes(), &standard()).unwrap();
+        assert_eq!(read.findings.findings, []);
+        let own = read
+            .unit
+            .definitions
+            .iter()
+            .filter(|definition| definition.file.ends_with(name));
+        let structs = own
+            .filter(|definition| matches!(definition.kind, Kind::Struct(_)))
+            .count();
+        said += &format!("{name}: {structs} structs\n");
+        if has_omniidl() {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("idl").join(name);
+            let (accepted, said) = omniidl(&[path], &[]);
+            assert!(accepted && said.is_empty(), "{said}");
+        }
+    }
+    insta::assert_snapshot!(said, @r"
+    BasicDataType.idl: 26 structs
+    ExtendedDataTypes.idl: 56 structs
+    InterfaceDataTypes.idl: 44 structs
+    ");
 }
