@@ -1,16 +1,17 @@
-//! omniORB reads what we write, and writes the same: of drawn types, whose IDL it is given.
+//! omniORB reads what we write, and writes the same: of drawn types, whose IDL it is given, and of those of OpenRTM.
 
 mod idl_text;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::rc::Rc;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use rts_schemas::cdr::{Endian, Value, decode, encode, from_json, to_json};
-use rts_schemas::idl::model::*;
+use rts_schemas::cdr::{Endian, Value, decode, encode, from_json, to_json, zero};
+use rts_schemas::idl::{self, Standard, model::*};
 use rts_schemas::span::Span;
 
 use super::Folder;
@@ -42,7 +43,7 @@ fn python() -> Option<PathBuf> {
 /// A value, and the type's name in the IDL file.
 struct Case {
     name: String,
-    unit: Unit,
+    unit: Rc<Unit>,
     r#type: Type,
     value: Value,
 }
@@ -54,12 +55,7 @@ impl Case {
 
     fn question(&self) -> String {
         let json = to_json(&self.unit, &self.r#type, &self.value).unwrap();
-        // omniORB for Python cannot read the wide characters that it writes.
-        let wide = format!("{:?}{:?}", self.unit, self.r#type).contains("Primitive(WChar)");
-        let [little, big] = [Endian::Little, Endian::Big].map(|endian| match wide {
-            true => "-".to_owned(),
-            false => hex(&self.encoded(endian)),
-        });
+        let [little, big] = [Endian::Little, Endian::Big].map(|it| hex(&self.encoded(it)));
         format!("{}\t{json}\t{little}\t{big}\n", self.name)
     }
 
@@ -104,10 +100,10 @@ fn bytes(hex: &str) -> Vec<u8> {
 }
 
 /// The answers, one line for each question.
-fn judged(python: &Path, idl: &[PathBuf], questions: String) -> Vec<String> {
+fn judged(python: &Path, idl: &Path, questions: String) -> Vec<String> {
     let mut judge = Command::new(python)
         .args(["-c", JUDGE])
-        .args(idl)
+        .arg(idl)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -121,7 +117,7 @@ fn judged(python: &Path, idl: &[PathBuf], questions: String) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-fn agree(python: &Path, idl: &[PathBuf], cases: &[Case]) {
+fn agree(python: &Path, idl: &Path, cases: &[Case]) {
     let questions = cases.iter().map(Case::question).collect();
     let answers = judged(python, idl, questions);
     assert_eq!(answers.len(), cases.len());
@@ -138,22 +134,16 @@ fn agree(python: &Path, idl: &[PathBuf], cases: &[Case]) {
     );
 }
 
-/// Drawn types and values.
-fn drawn() -> impl Iterator<Item = (Unit, Type, Value)> {
+/// Bytes to draw by.
+fn choices() -> impl Iterator<Item = Vec<u8>> {
     let mut runner = TestRunner::deterministic();
     let choices = prop::collection::vec(0..=u8::MAX, 1..200);
-    std::iter::repeat_with(move || {
-        let choices = choices.new_tree(&mut runner).unwrap().current();
-        let mut choices = any::Choices {
-            bytes: &choices,
-            plain: true,
-        };
-        let mut unit = Unit::default();
-        let r#type = choices.r#type(&mut unit, 3);
-        let value = choices.value(&unit, &r#type);
-        (unit, r#type, value)
-    })
-    .take(TYPES)
+    std::iter::repeat_with(move || choices.new_tree(&mut runner).unwrap().current())
+}
+
+/// What omniORB for Python carries too.
+fn plain(bytes: &[u8]) -> any::Choices<'_> {
+    any::Choices { bytes, plain: true }
 }
 
 #[test]
@@ -163,18 +153,51 @@ fn omniorb_writes_the_same_bytes_of_any_type() {
     };
     let mut text = String::new();
     let mut cases = Vec::new();
-    for (number, (unit, r#type, value)) in drawn().enumerate() {
+    for (number, bytes) in choices().take(TYPES).enumerate() {
+        let mut choices = plain(&bytes);
+        let mut unit = Unit::default();
+        let r#type = choices.r#type(&mut unit, 3);
+        let value = choices.value(&unit, &r#type);
         let module = format!("C{number}");
         text += &idl_text::module(&module, &unit, &r#type);
-        let name = format!("::{module}::Root");
         cases.push(Case {
-            name,
-            unit,
+            name: format!("::{module}::Root"),
+            unit: unit.into(),
             r#type,
             value,
         });
     }
-    let folder = Folder::new("omniorb");
-    let file = folder.put("drawn.idl", &text);
-    agree(&python, &[file], &cases);
+    let folder = Folder::new("omniorb-any");
+    agree(&python, &folder.put("drawn.idl", &text), &cases);
+}
+
+#[test]
+fn omniorb_writes_the_same_bytes_of_the_types_of_openrtm() {
+    let Some(python) = python() else {
+        return;
+    };
+    let folder = Folder::new("omniorb-openrtm");
+    let mut text = String::new();
+    for (name, content) in Standard::files() {
+        folder.put(name, content);
+        text += &format!("#include \"{name}\"\n");
+    }
+    let read = idl::read("all.idl", text.as_bytes(), &idl::standard()).unwrap();
+    let unit = Rc::new(read.unit);
+    let types = unit.definitions.iter().enumerate();
+    // Interfaces, constants and exceptions have no values.
+    let types = types.filter(|(index, _)| zero(&unit, &Type::Named(*index)).is_ok());
+    let types: Vec<_> = types.collect();
+    let mut cases = Vec::new();
+    for (bytes, (index, definition)) in choices().zip(types.iter().cycle()).take(5 * types.len()) {
+        let r#type = Type::Named(*index);
+        cases.push(Case {
+            name: format!("::{}", definition.path.join("::")),
+            unit: unit.clone(),
+            value: plain(&bytes).value(&unit, &r#type),
+            r#type,
+        });
+    }
+    assert!(types.len() > 80, "{}", types.len());
+    agree(&python, &folder.put("all.idl", &text), &cases);
 }
