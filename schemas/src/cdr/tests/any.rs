@@ -179,15 +179,24 @@ impl Choices<'_> {
     fn union_value(&mut self, unit: &Unit, union: &Union) -> Value {
         let discriminator = self.value(unit, &union.discriminator);
         let number = match &discriminator {
-            Value::Boolean(it) => i64::from(*it),
-            Value::Char(it) => i64::from(*it),
-            Value::Short(it) => i64::from(*it),
-            Value::Enum(it) => i64::from(*it),
+            Value::Boolean(it) => i128::from(*it),
+            Value::Char(it) => i128::from(*it),
+            Value::Short(it) => i128::from(*it),
+            Value::Enum(it) => i128::from(*it),
             other => panic!("no discriminator: {other:?}"),
         };
-        let name = format!("c{number}");
-        let case = union.cases.iter().find(|case| case.name == name);
-        let case = case.or_else(|| union.cases.iter().find(|case| case.name == "other"));
+        let is = |label: &Label| match label {
+            Label::Value(ConstantValue::Integer(it)) => *it == number,
+            Label::Value(ConstantValue::Boolean(it)) => i128::from(*it) == number,
+            Label::Value(ConstantValue::Char(it)) => i128::from(u32::from(*it)) == number,
+            Label::Value(ConstantValue::Enumerator { ordinal, .. }) => {
+                i128::from(*ordinal) == number
+            }
+            _ => false,
+        };
+        let case = union.cases.iter().find(|case| case.labels.iter().any(is));
+        let default = |case: &&UnionCase| case.labels.contains(&Label::Default);
+        let case = case.or_else(|| union.cases.iter().find(default));
         Value::Union {
             discriminator: Box::new(discriminator),
             member: case.map(|case| Box::new(self.value(unit, &case.r#type))),
