@@ -7,8 +7,8 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
-    diff, disconnect, docs, down, events, explain, export, fmt, get, logs, manager, plan, reset,
-    schema, smoke, teardown, up, version,
+    diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, plan,
+    reset, schema, smoke, teardown, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -118,6 +118,8 @@ pub enum Command {
     Export(export::Args),
     Convert(convert::Args),
     #[command(subcommand)]
+    Idl(idl::Command),
+    #[command(subcommand)]
     Manager(manager::Command),
     #[command(subcommand)]
     Controller(controller::Command),
@@ -137,6 +139,7 @@ pub fn run(cli: Cli, out: &Output) -> Exit {
         Command::Completion(args) => completion::run(&args, out),
         Command::Convert(args) => convert::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
+        Command::Idl(command) => idl::run(&command, out),
         Command::Schema(args) => schema::run(&args, out),
         Command::Fmt(args) => fmt::run(&args, out),
         Command::Smoke(args) => {
@@ -202,6 +205,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Completion(args) => completion::run(&args, &session.out),
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),
+        Command::Idl(command) => idl::run(&command, &session.out),
         Command::Schema(args) => schema::run(&args, &session.out),
         Command::Smoke(args) => smoke::run(args, &session.out).await,
     }

@@ -11,6 +11,7 @@ pub mod model;
 mod names;
 mod preprocessor;
 mod reader;
+pub mod rust;
 mod sources;
 mod standard;
 mod token;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use rts_schemas::diagnostic::{Report, render};
-use rts_schemas::idl::{Found, Include, Kind, NoSources, Sources, Standard, read, standard};
+use rts_schemas::idl::{self, Found, Include, Kind, NoSources, Sources, Standard, read, standard};
 
 const ACCEPTED: &str = include_str!("idl/accepted.txt");
 const REFUSED: &str = include_str!("idl/refused.txt");
@@ -420,4 +420,32 @@ fn the_types_of_openrtm_are_all_there() {
     ExtendedDataTypes.idl: 56 structs
     InterfaceDataTypes.idl: 44 structs
     ");
+}
+
+/// An IDL file with everything that has a Rust type, and what is generated of it: a test of `rts-runtime` compiles it.
+#[test]
+fn generated_rust_is_what_is_compiled() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../agent/runtime/tests/generated");
+    let text = std::fs::read(folder.join("lab.idl")).unwrap();
+    let read =
+        read("lab.idl", &text, &standard()).unwrap_or_else(|report| panic!("{}", shown(&report)));
+    let code = idl::rust::generate(&read.unit, &["lab.idl"]);
+    let left_out = code.left_out.iter();
+    let left_out: Vec<String> = left_out
+        .map(|left_out| {
+            format!(
+                "{}: {}",
+                read.unit.definitions[left_out.definition].name(),
+                left_out.reason
+            )
+        })
+        .collect();
+    insta::assert_debug_snapshot!(left_out);
+    let known = std::fs::read_to_string(folder.join("lab.rs")).unwrap_or_default();
+    if known != code.text {
+        std::fs::write(folder.join("lab.rs.new"), code.text).unwrap();
+        panic!(
+            "lab.rs is no longer what is generated: look at lab.rs.new, and put it in its place"
+        );
+    }
 }

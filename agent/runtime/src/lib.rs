@@ -60,6 +60,9 @@ pub use context::{Context, Level};
 pub use descriptor::Declaration;
 pub use error::{ReturnCode, RtcError, RtcResult};
 pub use ports::{InPort, OutPort};
+/// For types that are generated from IDL.
+#[doc(hidden)]
+pub use serde;
 
 /// Keeps the guide's first example compiling.
 #[cfg(doctest)]

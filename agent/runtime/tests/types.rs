@@ -182,3 +182,124 @@ proptest! {
         decode_as_all(&[&TM_BYTES[..], &length.to_le_bytes(), &rest].concat());
     }
 }
+
+/// What `rtsctl idl generate` makes of `lab.idl`.
+mod lab {
+    include!("generated/lab.rs");
+}
+
+/// The value has these bytes, and comes back.
+fn same<T: DataType + Debug + PartialEq>(value: T, bytes: &[u8]) {
+    assert_eq!(encoded(&value), bytes, "{value:?}");
+    assert_eq!(T::decode(bytes).expect("what was encoded"), value);
+}
+
+#[test]
+fn generated_types_have_the_bytes_of_their_idl() {
+    use lab::Lab::{self, Choice, Mode, Number, Other, Outer, Outer_Inner, Outer_Kind};
+
+    assert_eq!(Lab::Reading::TYPE_ID, "IDL:Lab/Reading:1.0");
+    assert_eq!(
+        (lab::ANSWER, Lab::FIRST, Lab::MASK),
+        (42, Mode::MOVING, 0xF0)
+    );
+    assert_eq!(
+        (Lab::NAME, Lab::ROBOT, Lab::LETTER),
+        ("lab \"1\"", "ロボ", b'a')
+    );
+    assert_eq!((Lab::RATIO, Lab::YES, Lab::MANY), (0.25, true, u64::MAX));
+    assert_eq!(
+        (Mode::default(), Choice::default()),
+        (Mode::IDLE, Choice::number(0))
+    );
+
+    let inner = Outer_Inner { r#fn: -1 };
+    same(
+        Outer {
+            part: inner,
+            which: Outer_Kind::B,
+        },
+        &[0xFF, 0xFF, 0, 0, 1, 0, 0, 0],
+    );
+    same(Choice::number(5), &[0, 0, 0, 0, 5, 0, 0, 0]);
+    same(
+        Choice::text(Mode::Self_, "a".into()),
+        &[2, 0, 0, 0, 2, 0, 0, 0, b'a', 0],
+    );
+    same(
+        Number::real(-1, 1.0),
+        &[0xFF, 0xFF, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F],
+    );
+    same(Number::small(9), &[7, 0, 9]);
+    same(Number::otherwise(300), &[0x2C, 1]);
+    same(
+        Other::yes(1),
+        &[1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0],
+    );
+    same(
+        Other::no(false, Choice::number(1)),
+        &[0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0],
+    );
+
+    let reading = Lab::Reading {
+        raw: Array::from([7; 40]),
+        r#type: "ab".into(),
+        ..Default::default()
+    };
+    let bytes = encoded(&reading);
+    // tm, state, letter, count, pose, raw, type, way, flags.
+    assert_eq!(bytes.len(), 8 + 4 + 4 + 8 + 48 + 40 + (4 + 3 + 1) + 4 + 2);
+    assert_eq!(&bytes[72..112], [7; 40]);
+    assert_eq!(
+        Lab::Reading::decode(&bytes).expect("what was encoded"),
+        reading
+    );
+    assert!(Lab::Reading::decode(&bytes[..100]).is_err());
+}
+
+#[test]
+fn a_union_says_nothing_else_than_what_was_chosen() {
+    use lab::Lab::{Choice, Mode, Number, Other};
+
+    let mut buffer = Vec::new();
+    assert!(
+        Choice::text(Mode::IDLE, String::new())
+            .encode(&mut buffer)
+            .is_err()
+    );
+    assert!(Number::real(7, 1.0).encode(&mut buffer).is_err());
+    assert!(Number::otherwise(-1).encode(&mut buffer).is_err());
+    assert!(
+        Other::no(true, Choice::default())
+            .encode(&mut buffer)
+            .is_err()
+    );
+    assert!(Choice::decode(&[3, 0, 0, 0, 0, 0, 0, 0]).is_err());
+}
+
+#[test]
+fn values_within_each_other_are_not_followed_for_ever() {
+    use lab::Lab::{Node, Tree};
+
+    let node = |children| Node { value: 1, children };
+    let nodes = (0..60).fold(node(Vec::new()), |inner, _| node(vec![inner]));
+    assert_eq!(
+        Node::decode(&encoded(&nodes)).expect("deep, but not too deep"),
+        nodes
+    );
+    let trees = (0..60).fold(Tree::leaf(1), |inner, _| Tree::branches(vec![inner]));
+    assert_eq!(
+        Tree::decode(&encoded(&trees)).expect("deep, but not too deep"),
+        trees
+    );
+    // A value and one child, again and again.
+    let deep = [1, 0, 0, 0, 1, 0, 0, 0].repeat(1 << 20);
+    assert!(Node::decode(&deep).is_err());
+    let deep = [b't', 0, 0, 0, 1, 0, 0, 0].repeat(1 << 20);
+    assert!(Tree::decode(&deep).is_err());
+    // It was left as it was found.
+    assert_eq!(
+        Node::decode(&encoded(&nodes)).expect("deep, but not too deep"),
+        nodes
+    );
+}

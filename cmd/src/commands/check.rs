@@ -88,14 +88,25 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         name: args.name.as_deref(),
         nodes: args.nodes.iter().map(String::as_str).collect(),
     };
-    let (mut report, unreadable) = files.check(out)?;
-    if let Some(error) = unreadable.as_ref().filter(|_| args.output != Format::Text) {
+    let (report, unreadable) = files.check(out)?;
+    tell(report, unreadable, args.output, args.deny, out)
+}
+
+/// Prints what was found, and says how the check ends.
+pub(super) fn tell(
+    mut report: Report,
+    unreadable: Option<CliError>,
+    output: Format,
+    deny: Option<Deny>,
+    out: &Output,
+) -> Result<Exit, CliError> {
+    if let Some(error) = unreadable.as_ref().filter(|_| output != Format::Text) {
         // Who reads only this must not take what could not be read for what is right.
         let help = "name a file that is there and can be read; what is said of the others holds";
         report.push(Finding::error("unreadable-file", error.line()).help(help));
     }
     let count = Count::of(&report);
-    match args.output {
+    match output {
         Format::Text => out.result(&findings::text(&report))?,
         Format::Json => out.result(&format!("{:#}", count.document(&report)))?,
         Format::Sarif => out.result(&format!("{:#}", sarif::document(&report)))?,
@@ -106,7 +117,7 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
     if let Some(error) = unreadable {
         return Err(error);
     }
-    let denied = args.deny == Some(Deny::Warnings) && count.warnings > 0;
+    let denied = deny == Some(Deny::Warnings) && count.warnings > 0;
     Ok(match report.has_errors() || denied {
         true => Exit::Different,
         false => Exit::Ok,

@@ -20,6 +20,7 @@ pub mod explain;
 pub mod export;
 pub mod fmt;
 pub mod get;
+pub mod idl;
 pub mod logs;
 pub mod manager;
 pub mod plan;

@@ -2,6 +2,7 @@
 //!
 //! Ports send little endian; what arrives may have either order. docs/adr/0019-cdr.md says what CDR leaves open.
 
+mod generated;
 mod octets;
 mod timed;
 mod wide;
@@ -10,6 +11,7 @@ use byteorder::{BigEndian, LittleEndian};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+pub use generated::{Array, Nested, nested};
 pub use octets::octets;
 pub use timed::{
     Time, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong,
