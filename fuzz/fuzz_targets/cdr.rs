@@ -4,6 +4,7 @@
 #[path = "../counting.rs"]
 mod counting;
 #[path = "../../schemas/src/cdr/tests/any.rs"]
+#[allow(dead_code)] // The values are drawn by others.
 mod any;
 
 use any::Choices;
@@ -23,7 +24,7 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     };
     let mut unit = Unit::default();
-    let r#type = Choices(choices).r#type(&mut unit, DEPTH);
+    let r#type = Choices { bytes: choices, plain: false }.r#type(&mut unit, DEPTH);
     let endian = [Endian::Little, Endian::Big][usize::from(*order % 2)];
     let read = counting::bounded(bytes, |bytes| cdr::decode(&unit, &r#type, bytes, endian));
     let Ok(value) = read else {

@@ -376,7 +376,10 @@ fn refused_json() {
 
 /// A type, and a value of it.
 fn drawn(choices: &[u8]) -> (Unit, Type, Value) {
-    let mut choices = Choices(choices);
+    let mut choices = Choices {
+        bytes: choices,
+        plain: false,
+    };
     let mut unit = Unit::default();
     let r#type = choices.r#type(&mut unit, 3);
     let value = choices.value(&unit, &r#type);

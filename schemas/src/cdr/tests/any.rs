@@ -6,7 +6,12 @@ use super::{
 };
 
 /// Bytes to choose by; after their end, zeros.
-pub struct Choices<'a>(pub &'a [u8]);
+pub struct Choices<'a> {
+    /// Bytes that are left.
+    pub bytes: &'a [u8],
+    /// Only what omniORB for Python carries too: no long double, no large unsigned long long, ASCII in bounded strings.
+    pub plain: bool,
+}
 
 const PRIMITIVES: [Primitive; 13] = [
     Primitive::Octet,
@@ -26,10 +31,10 @@ const PRIMITIVES: [Primitive; 13] = [
 
 impl Choices<'_> {
     fn byte(&mut self) -> u8 {
-        let Some((first, rest)) = self.0.split_first() else {
+        let Some((first, rest)) = self.bytes.split_first() else {
             return 0;
         };
-        self.0 = rest;
+        self.bytes = rest;
         *first
     }
 
@@ -43,13 +48,17 @@ impl Choices<'_> {
 
     fn bound(&mut self) -> Option<u32> {
         let bound = self.byte();
-        (bound % 2 == 1).then_some(u32::from(bound / 16))
+        (bound % 2 == 1).then_some(1 + u32::from(bound / 16))
     }
 
     /// A type with its definitions, nested up to `depth`.
     pub fn r#type(&mut self, unit: &mut Unit, depth: u32) -> Type {
         match self.below(if depth == 0 { 8 } else { 16 }) {
-            0..=4 => Type::Primitive(PRIMITIVES[self.below(PRIMITIVES.len())]),
+            0..=4 => {
+                // The last one is long double.
+                let count = PRIMITIVES.len() - usize::from(self.plain);
+                Type::Primitive(PRIMITIVES[self.below(count)])
+            }
             5 => Type::String {
                 bound: self.bound(),
             },
@@ -84,11 +93,13 @@ impl Choices<'_> {
     }
 
     fn r#enum(&mut self, unit: &mut Unit) -> Type {
-        let enumerators = (0..1 + self.below(4)).map(|n| format!("E{n}")).collect();
+        let index = unit.definitions.len();
+        let enumerators = (0..1 + self.below(4)).map(|n| format!("T{index}E{n}"));
+        let enumerators = enumerators.collect();
         define(unit, Kind::Enum(EnumType { enumerators }))
     }
 
-    /// Labels from 0 on, and perhaps `default`.
+    /// Labels from 0 on, and perhaps `default` where they are not all.
     fn union(&mut self, unit: &mut Unit, depth: u32) -> Type {
         let (discriminator, cases) = match self.below(4) {
             0 => (Type::Primitive(Primitive::Boolean), 2),
@@ -119,7 +130,14 @@ impl Choices<'_> {
                 r#type: self.r#type(unit, depth),
             });
         }
-        if self.below(2) == 1 {
+        let all = match &discriminator {
+            Type::Primitive(Primitive::Boolean) => union.cases.len() == 2,
+            Type::Named(index) => {
+                matches!(&unit.definitions[*index].kind, Kind::Enum(it) if it.enumerators.len() == 1)
+            }
+            _ => false,
+        };
+        if !all && self.below(2) == 1 {
             union.cases.push(UnionCase {
                 labels: vec![Label::Default],
                 name: "other".to_owned(),
@@ -161,15 +179,24 @@ impl Choices<'_> {
     fn union_value(&mut self, unit: &Unit, union: &Union) -> Value {
         let discriminator = self.value(unit, &union.discriminator);
         let number = match &discriminator {
-            Value::Boolean(it) => i64::from(*it),
-            Value::Char(it) => i64::from(*it),
-            Value::Short(it) => i64::from(*it),
-            Value::Enum(it) => i64::from(*it),
+            Value::Boolean(it) => i128::from(*it),
+            Value::Char(it) => i128::from(*it),
+            Value::Short(it) => i128::from(*it),
+            Value::Enum(it) => i128::from(*it),
             other => panic!("no discriminator: {other:?}"),
         };
-        let name = format!("c{number}");
-        let case = union.cases.iter().find(|case| case.name == name);
-        let case = case.or_else(|| union.cases.iter().find(|case| case.name == "other"));
+        let is = |label: &Label| match label {
+            Label::Value(ConstantValue::Integer(it)) => *it == number,
+            Label::Value(ConstantValue::Boolean(it)) => i128::from(*it) == number,
+            Label::Value(ConstantValue::Char(it)) => i128::from(u32::from(*it)) == number,
+            Label::Value(ConstantValue::Enumerator { ordinal, .. }) => {
+                i128::from(*ordinal) == number
+            }
+            _ => false,
+        };
+        let case = union.cases.iter().find(|case| case.labels.iter().any(is));
+        let default = |case: &&UnionCase| case.labels.contains(&Label::Default);
+        let case = case.or_else(|| union.cases.iter().find(default));
         Value::Union {
             discriminator: Box::new(discriminator),
             member: case.map(|case| Box::new(self.value(unit, &case.r#type))),
@@ -204,7 +231,7 @@ impl Choices<'_> {
         let mut text = String::new();
         for _ in 0..self.below(8) {
             let character = char::from_u32(u32::from_le_bytes(self.bytes()) % 0x11_0000)
-                .filter(|it| *it != '\0')
+                .filter(|it| *it != '\0' && !(self.plain && bound.is_some() && !it.is_ascii()))
                 .unwrap_or('a');
             // A bound counts bytes in a string, which are never fewer than the units of UTF-16.
             if bound.is_none_or(|bound| text.len() + character.len_utf8() <= bound as usize) {
@@ -228,7 +255,10 @@ impl Choices<'_> {
             Primitive::Long => Value::Long(i32::from_le_bytes(self.bytes())),
             Primitive::ULong => Value::ULong(u32::from_le_bytes(self.bytes())),
             Primitive::LongLong => Value::LongLong(i64::from_le_bytes(self.bytes())),
-            Primitive::ULongLong => Value::ULongLong(u64::from_le_bytes(self.bytes())),
+            Primitive::ULongLong => {
+                let number = u64::from_le_bytes(self.bytes());
+                Value::ULongLong(number >> u32::from(self.plain))
+            }
             // No NaN: it is not equal to itself.
             Primitive::Float => {
                 let number = f32::from_le_bytes(self.bytes());
