@@ -298,6 +298,7 @@ fn a_blocked_writer_is_let_go_by_the_end_and_holds_no_other_connector() {
             let writes = (1..=8).map(|number| out.write(&large(number)));
             writes.max().unwrap()
         });
+        until("the writer waits", || first.connector.holds_its_writer());
         until("the other connector has more than fits here", || {
             free.arrivals() > stuck.arrivals()
         });

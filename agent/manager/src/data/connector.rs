@@ -154,6 +154,22 @@ impl Connector {
         written
     }
 
+    /// True while its writer waits for room.
+    #[cfg(test)]
+    pub fn holds_its_writer(&self) -> bool {
+        match lock(&self.link).clone() {
+            Link::Connecting | Link::Closed(_) => false,
+            Link::Direct {
+                port, outbox: None, ..
+            } => port.has_sleepers(),
+            Link::Direct {
+                outbox: Some(outbox),
+                ..
+            } => outbox.has_sleepers(),
+            Link::Socket(sender) => sender.outbox.has_sleepers(),
+        }
+    }
+
     /// Who it belongs to now: a person, by this mark, or a plan.
     pub fn mark(&self, by_hand: Option<String>) {
         *lock(&self.by_hand) = by_hand;
