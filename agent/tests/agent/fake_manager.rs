@@ -215,6 +215,7 @@ impl Fake {
                     samples_received: 7,
                     drops: 0,
                     gaps: 0,
+                    latency: None,
                 });
                 let incarnation = component.incarnation.clone();
                 return Ok(ResponseBody::Bound { incarnation });
@@ -254,6 +255,7 @@ impl Fake {
                     samples_sent: 9,
                     bytes: 0,
                     drops: 0,
+                    rate: 0,
                 });
             }
             RequestBody::Disconnect {

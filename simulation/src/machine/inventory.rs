@@ -110,6 +110,7 @@ impl Connector {
             samples_sent: self.sent as u64,
             bytes: self.sent as u64 * SAMPLE,
             drops: 0,
+            rate: 0,
         }
     }
 }
@@ -125,6 +126,7 @@ impl End {
             samples_received: source.map_or(0, |source| source.received as u64),
             drops: 0,
             gaps: 0,
+            latency: None,
         }
     }
 }
