@@ -19,6 +19,7 @@ mod sources;
 pub use component::{ComponentConf, Named, Set};
 pub use convert::{Converted, Options, convert};
 pub use decode::SIZE_LIMIT;
+pub(crate) use decode::text;
 pub use entries::{Conf, Entry, read};
 pub use item::{Port, Preconnect, Precreate};
 pub use manager::{ComponentFile, ManagerConf};

@@ -473,6 +473,6 @@ fn module(type_name: &str, path: &str) -> ModuleInfo {
             direction: "out".to_owned(),
             data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         }],
-        parameters: BTreeMap::new(),
+        ..ModuleInfo::default()
     }
 }

@@ -8,11 +8,12 @@ use anyhow::{Context, Result, bail};
 use crate::project;
 
 /// What is needed: how to see that it is there, and the Debian package that has it.
-const NEEDS: [(&[&str], &str); 4] = [
+const NEEDS: [(&[&str], &str); 5] = [
     (&["cc", "--version"], "gcc"),
     (&["c++", "--version"], "g++"),
     (&["python3", "-c", "import ensurepip"], "python3-venv"),
     (&["flock", "--version"], "util-linux"),
+    (&["omniidl", "-V"], "omniidl"),
 ];
 
 /// Installs missing system packages when running as root on Debian; otherwise says what to install.

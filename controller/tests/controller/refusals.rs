@@ -22,7 +22,7 @@ async fn what_the_modules_do_not_know_is_refused() {
     agent.describe(
         "SineSource",
         &["out:out:TimedDouble"],
-        &["amplitude", "frequency"],
+        &["amplitude:double:", "frequency:double:0<x<=100"],
     );
     agent.describe(
         "LowPassFilter",
@@ -31,7 +31,12 @@ async fn what_the_modules_do_not_know_is_refused() {
     );
     let served = serve(cluster).await;
     let mut spec = systems::hello();
-    let values = [("amplitud".to_owned(), "2".to_owned())];
+    let values = [
+        ("amplitud", "2"),
+        ("amplitude", "big"),
+        ("frequency", "200"),
+    ]
+    .map(|(name, value)| (name.to_owned(), value.to_owned()));
     spec.components[0]
         .configuration
         .sets

@@ -273,3 +273,43 @@ pub enum Direction {
     /// `inout`.
     InOut,
 }
+
+impl Definition {
+    /// Its name with those of its modules (`RTC::TimedLong`).
+    pub fn name(&self) -> String {
+        self.path.join("::")
+    }
+}
+
+impl Unit {
+    /// Index of the definition that is meant by a repository id (`IDL:RTC/TimedLong:1.0`), by its name with its modules
+    /// (`RTC::TimedLong`), or by its own name if no other definition has it (`TimedLong`).
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let position = |is: &dyn Fn(&Definition) -> bool| self.definitions.iter().position(is);
+        if let Some(found) = position(&|definition| definition.repository_id == name) {
+            return Some(found);
+        }
+        let path: Vec<&str> = name
+            .strip_prefix("::")
+            .unwrap_or(name)
+            .split("::")
+            .collect();
+        if let Some(found) = position(&|definition| definition.path == path) {
+            return Some(found);
+        }
+        let [own] = path.as_slice() else {
+            return None;
+        };
+        let is_own =
+            |definition: &Definition| definition.path.last().is_some_and(|last| last == own);
+        let mut all = self
+            .definitions
+            .iter()
+            .enumerate()
+            .filter(|(_, definition)| is_own(definition));
+        match (all.next(), all.next()) {
+            (Some((index, _)), None) => Some(index),
+            _ => None,
+        }
+    }
+}

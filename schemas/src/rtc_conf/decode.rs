@@ -17,15 +17,18 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<(String, &'static str),
         let finding = Finding::error("too-large", message).help("is this the right file?");
         return Err(Box::new(finding));
     }
+    text(bytes).ok_or_else(|| not_text(name, bytes))
+}
+
+/// The text that bytes are, and the name of its encoding: that of a byte order mark, UTF-8, Shift_JIS or EUC-JP.
+pub(crate) fn text(bytes: &[u8]) -> Option<(String, &'static str)> {
     if let Some((encoding, mark)) = Encoding::for_bom(bytes) {
-        return strict(encoding, &bytes[mark..]).ok_or_else(|| not_text(name, bytes));
+        return strict(encoding, &bytes[mark..]);
     }
     if bytes.contains(&0) {
-        return Err(not_text(name, bytes));
+        return None;
     }
-    strict(UTF_8, bytes)
-        .or_else(|| japanese(bytes))
-        .ok_or_else(|| not_text(name, bytes))
+    strict(UTF_8, bytes).or_else(|| japanese(bytes))
 }
 
 fn strict(encoding: &'static Encoding, bytes: &[u8]) -> Option<(String, &'static str)> {

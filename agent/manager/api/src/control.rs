@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, Latency, ManagerInventory,
-    ModuleInfo, PortInfo,
+    ModuleInfo, ParameterFacts, PortInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use self::stand_in::StandInShape;

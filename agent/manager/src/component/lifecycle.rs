@@ -72,12 +72,12 @@ pub fn verdict(state: State, transition: Transition) -> Verdict {
         otherwise,
     };
     match (transition, state) {
-        (Initialize, Created) => call(callback::INITIALIZE, Inactive, Created),
-        (Activate, Inactive) => call(callback::ACTIVATED, Active, Error),
-        (Deactivate, Active) => call(callback::DEACTIVATED, Inactive, Error),
-        (Abort, Inactive | Active) => call(callback::ABORTING, Error, Error),
-        (Reset, Error) => call(callback::RESET, Inactive, Error),
-        (Finalize, Inactive | Error) => call(callback::FINALIZE, Created, Created),
+        (Initialize, Created) => call(callback::ON_INITIALIZE, Inactive, Created),
+        (Activate, Inactive) => call(callback::ON_ACTIVATED, Active, Error),
+        (Deactivate, Active) => call(callback::ON_DEACTIVATED, Inactive, Error),
+        (Abort, Inactive | Active) => call(callback::ON_ABORTING, Error, Error),
+        (Reset, Error) => call(callback::ON_RESET, Inactive, Error),
+        (Finalize, Inactive | Error) => call(callback::ON_FINALIZE, Created, Created),
         (Initialize, Inactive | Active | Error)
         | (Activate, Active)
         | (Deactivate, Inactive | Error)
@@ -96,18 +96,19 @@ pub fn verdict(state: State, transition: Transition) -> Verdict {
 /// Name of a callback.
 pub fn callback_name(number: u32) -> &'static str {
     match number {
-        callback::INITIALIZE => "on_initialize",
-        callback::FINALIZE => "on_finalize",
-        callback::STARTUP => "on_startup",
-        callback::SHUTDOWN => "on_shutdown",
-        callback::ACTIVATED => "on_activated",
-        callback::DEACTIVATED => "on_deactivated",
-        callback::ABORTING => "on_aborting",
-        callback::ERROR => "on_error",
-        callback::RESET => "on_reset",
-        callback::EXECUTE => "on_execute",
-        callback::STATE_UPDATE => "on_state_update",
-        callback::RATE_CHANGED => "on_rate_changed",
+        callback::ON_INITIALIZE => "on_initialize",
+        callback::ON_FINALIZE => "on_finalize",
+        callback::ON_STARTUP => "on_startup",
+        callback::ON_SHUTDOWN => "on_shutdown",
+        callback::ON_ACTIVATED => "on_activated",
+        callback::ON_DEACTIVATED => "on_deactivated",
+        callback::ON_ABORTING => "on_aborting",
+        callback::ON_ERROR => "on_error",
+        callback::ON_RESET => "on_reset",
+        callback::ON_EXECUTE => "on_execute",
+        callback::ON_STATE_UPDATE => "on_state_update",
+        callback::ON_RATE_CHANGED => "on_rate_changed",
+        callback::ON_CONFIGURED => "on_configured",
         _ => "an unknown callback",
     }
 }

@@ -5,6 +5,7 @@ mod configuration;
 mod host;
 mod instance;
 mod lifecycle;
+mod loans;
 mod loss;
 mod run;
 mod spawn;
@@ -330,6 +331,11 @@ impl Component {
             callback: call.to_owned(),
             milliseconds: running.as_millis().try_into().unwrap_or(u64::MAX),
         })
+    }
+
+    /// Asks its execution context for a cycle. False when that is not event-driven.
+    pub fn wake(&self) -> bool {
+        false
     }
 
     fn state(&self) -> State {

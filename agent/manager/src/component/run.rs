@@ -89,7 +89,7 @@ impl<'a> Context<'a> {
             next: Instant::now(),
         };
         context.transition(Transition::Initialize)?;
-        if let Err(error) = context.instance.callback(callback::STARTUP) {
+        if let Err(error) = context.instance.callback(callback::ON_STARTUP) {
             let _ = context.transition(Transition::Finalize);
             return Err(named(error));
         }
@@ -134,15 +134,15 @@ impl<'a> Context<'a> {
                 self.component.executions.fetch_add(1, Ordering::Relaxed);
                 let outcome = self
                     .instance
-                    .callback(callback::EXECUTE)
-                    .and_then(|()| self.instance.callback(callback::STATE_UPDATE));
+                    .callback(callback::ON_EXECUTE)
+                    .and_then(|()| self.instance.callback(callback::ON_STATE_UPDATE));
                 if let Err(error) = outcome {
                     self.abort(&error.message);
                 }
             }
             State::Error => {
                 // It is in Error already; on_error has no other way to complain than its log.
-                let _ = self.instance.callback(callback::ERROR);
+                let _ = self.instance.callback(callback::ON_ERROR);
             }
             State::Created | State::Inactive => {}
         }
@@ -189,7 +189,7 @@ impl<'a> Context<'a> {
         // A failing on_deactivated leads to Error, which is as good a state to finalise from.
         let _ = self.transition(Transition::Deactivate);
         self.manager.detach(self.component, parting);
-        if let Err(error) = self.instance.callback(callback::SHUTDOWN) {
+        if let Err(error) = self.instance.callback(callback::ON_SHUTDOWN) {
             self.component.log.write(Level::Warn, &error.message);
         }
         let _ = self.transition(Transition::Finalize);

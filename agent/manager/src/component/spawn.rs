@@ -34,7 +34,7 @@ pub fn spawn(
 ) -> Result<String, Failure> {
     check(request)?;
     let configuration = Configuration::new(&module.parameters)
-        .updated(&request.sets, request.active.as_deref())
+        .updated(&request.sets, request.active.as_deref(), &module.limits)
         .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
     let rate = request.rate.unwrap_or(module.default_rate);
     check_rate(rate)?;

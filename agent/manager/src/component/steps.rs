@@ -131,7 +131,7 @@ impl Context<'_> {
         rate.map_or(Ok(()), check_rate)?;
         let old = lock(&self.component.status).configuration.clone();
         let new = old
-            .updated(sets, active)
+            .updated(sets, active, &self.component.module.limits)
             .map_err(|e| invalid(format!("{}: {e}", self.component.identity.instance)))?;
         let before = old.effective();
         let mut taken = Vec::new();
@@ -151,16 +151,32 @@ impl Context<'_> {
                 .log
                 .write(Level::Info, &format!("configured {name} = {value}"));
         }
+        let any = before != new.effective();
         {
             let mut status = lock(&self.component.status);
             status.configuration = new;
             status.on_disconnect = on_disconnect.unwrap_or(status.on_disconnect);
         }
-        rate.map_or(Ok(()), |rate| self.set_rate(rate))
+        let rate = rate.map_or(Ok(()), |rate| self.set_rate(rate));
+        let told = if any {
+            self.tell(callback::ON_CONFIGURED)
+        } else {
+            Ok(())
+        };
+        rate.and(told)
     }
 
-    /// Changes the rate. The new one holds even when `on_rate_changed` fails; that leads to Error, as in OpenRTM-aist, so
+    /// Calls a callback that tells of a change, which holds also when it fails; that leads to Error, as in OpenRTM-aist, so
     /// that a component which does not run as it should is not taken for one that does.
+    fn tell(&mut self, number: u32) -> Result<(), Failure> {
+        let told = self.instance.callback(number);
+        told.map_err(|error| {
+            self.abort(&error.message);
+            refusal(self.component, &error)
+        })
+    }
+
+    /// Changes the rate.
     fn set_rate(&mut self, rate: f64) -> Result<(), Failure> {
         let former = std::mem::replace(&mut lock(&self.component.status).rate, rate);
         if former == rate {
@@ -171,11 +187,7 @@ impl Context<'_> {
         self.component
             .log
             .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        let told = self.instance.callback(callback::RATE_CHANGED);
-        told.map_err(|error| {
-            self.abort(&error.message);
-            refusal(self.component, &error)
-        })
+        self.tell(callback::ON_RATE_CHANGED)
     }
 }
 

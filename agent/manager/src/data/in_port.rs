@@ -258,6 +258,11 @@ impl InPort {
         lock(&self.waiting).sleepers > 0
     }
 
+    /// Whether the running callback may read a sample.
+    pub fn is_new(&self) -> bool {
+        lock(&self.waiting).is_new()
+    }
+
     /// Drops what waits: it came before the reader was there to act on it.
     pub fn clear(&self) {
         let mut waiting = lock(&self.waiting);
@@ -300,6 +305,12 @@ impl Waiting {
             }
         }
         Ok(())
+    }
+
+    fn is_new(&self) -> bool {
+        self.firsts
+            .first()
+            .is_some_and(|(arrival, _)| *arrival < self.horizon)
     }
 
     fn read(&mut self) -> Option<Sample> {
@@ -411,10 +422,13 @@ mod tests {
         let (port, source) = port();
         send(&port, &source, 1..=2);
         assert_eq!(port.read(), Read::Empty, "no callback has begun");
+        assert!(!port.is_new());
         port.begin();
+        assert!(port.is_new());
         assert!(port.read().sample().is_some());
         send(&port, &source, 3..=3);
         assert!(port.read().sample().is_some());
+        assert!(!port.is_new());
         assert_eq!(port.read(), Read::Empty);
         assert_eq!(read_all(&port), [3]);
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::SystemId;
 
 /// What a module says of itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ModuleInfo {
     /// Type name.
@@ -26,6 +26,39 @@ pub struct ModuleInfo {
     pub ports: Vec<PortInfo>,
     /// Parameters with their defaults.
     pub parameters: BTreeMap<String, String>,
+    /// What more it says of parameters.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub facts: BTreeMap<String, ParameterFacts>,
+    /// `periodic`, `event-driven` or `external` when nothing else is said; empty from a manager that does not tell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub execution_kind: String,
+    /// `PERIODIC`, `SPORADIC` or `EVENT_DRIVEN`; empty from a manager that does not tell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub activity_type: String,
+    /// IDL source of the types that are its own.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub idl: String,
+    /// Most instances in one process; none for any number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_instances: Option<u32>,
+}
+
+/// What a module says of a parameter, beside its default. What is empty is not said.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ParameterFacts {
+    /// Type as an RTC Profile names it (`double`, `std::vector<int>`).
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub value_type: String,
+    /// Unit.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// Constraint as an RTC Profile has it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub constraint: String,
+    /// One line.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
 }
 
 /// A port of a component.
