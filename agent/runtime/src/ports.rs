@@ -22,7 +22,7 @@ impl<T: DataType> InPort<T> {
         }
     }
 
-    /// Takes the oldest sample; `None` when there is none. Never waits.
+    /// Takes the oldest sample; `None` when there is none. Waits only where a connector says so, and once a callback.
     ///
     /// A callback sees what had arrived when it began, and the queues are bounded, so
     /// `while let Some(s) = port.read(ctx)?` ends, however fast the producers are.

@@ -25,10 +25,14 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
             connector.samples_received = 0;
             connector.bytes = 0;
             connector.drops = 0;
+            connector.gaps = 0;
+            connector.rate = 0;
+            connector.latency = None;
         }
         for binding in &mut component.bindings {
             binding.samples_received = 0;
             binding.drops = 0;
+            binding.gaps = 0;
         }
     }
     inventory

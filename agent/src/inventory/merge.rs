@@ -4,13 +4,13 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo,
+    self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo,
     SystemId,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
     BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory,
-    LifeCycleState, ManagerObserved, PortObserved,
+    Latency, LifeCycleState, ManagerObserved, PortObserved,
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
@@ -42,6 +42,8 @@ type Arrivals = HashMap<(String, String, String), Arrived>;
 struct Arrived {
     received: u64,
     drops: u64,
+    gaps: u64,
+    latency: Option<Latency>,
 }
 
 impl Arrived {
@@ -53,6 +55,7 @@ impl Arrived {
         Self {
             received,
             drops: self.drops.min(left),
+            ..self
         }
     }
 }
@@ -83,6 +86,8 @@ fn arrivals(views: &[View]) -> Arrivals {
                 let arrived = Arrived {
                     received: binding.samples_received,
                     drops: binding.drops,
+                    gaps: binding.gaps,
+                    latency: binding.latency.map(latency),
                 };
                 arrivals.insert(key, arrived);
             }
@@ -195,6 +200,19 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
         samples_received: arrived.received,
         bytes: info.bytes,
         drops: info.drops + arrived.drops,
+        gaps: arrived.gaps,
+        rate: info.rate,
+        latency: arrived.latency,
+    }
+}
+
+fn latency(info: control::Latency) -> Latency {
+    Latency {
+        count: info.count,
+        min_ns: info.min_ns,
+        median_ns: info.median_ns,
+        p99_ns: info.p99_ns,
+        max_ns: info.max_ns,
     }
 }
 
@@ -210,6 +228,7 @@ fn binding(info: BindingInfo) -> BindingObserved {
         connected: info.connected,
         samples_received: info.samples_received,
         drops: info.drops,
+        gaps: info.gaps,
     }
 }
 
@@ -295,6 +314,7 @@ mod tests {
             samples_sent: sent,
             bytes: 0,
             drops,
+            rate: 0,
         });
         b.bindings.push(BindingInfo {
             connector: "c".to_owned(),

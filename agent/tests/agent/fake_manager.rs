@@ -255,6 +255,7 @@ impl Fake {
                     samples_sent: 9,
                     bytes: 0,
                     drops: 0,
+                    rate: 0,
                 });
             }
             RequestBody::Disconnect {

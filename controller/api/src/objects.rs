@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
+pub use rts_plan::observed::Latency;
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -380,6 +381,15 @@ pub struct ConnectorStatus {
     /// A counter.
     #[serde(default)]
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
+    /// Samples written in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
+    /// From the write to the read of samples; none before the first, and between two nodes, which have no common clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
     /// Why it is not Connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting_on: Option<String>,

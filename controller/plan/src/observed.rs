@@ -237,14 +237,39 @@ pub struct ConnectorObserved {
     pub state: ConnectorState,
     /// Kind of transport (`direct` in one process, `uds` between processes).
     pub transport: String,
-    /// Samples put into the queue of the connector. A counter.
+    /// Samples written to the connector. A counter.
     pub samples_sent: u64,
     /// Samples read by the in-port's component, as last reported by the other end. A counter.
     pub samples_received: u64,
     /// Payload bytes sent. A counter.
     pub bytes: u64,
-    /// Samples dropped from a full queue. A counter.
+    /// Samples dropped from a full buffer. A counter.
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
+    /// Samples written in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
+    /// Of the samples received; none before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// Time from the write of a sample to the read of it, over one connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Latency {
+    /// Samples measured. A counter.
+    pub count: u64,
+    /// The shortest, in nanoseconds.
+    pub min_ns: u64,
+    /// Half of them took no longer; up to twice too high.
+    pub median_ns: u64,
+    /// 99 of 100 took no longer; up to twice too high.
+    pub p99_ns: u64,
+    /// The longest, in nanoseconds.
+    pub max_ns: u64,
 }
 
 /// The end of a connector at an in-port, which lets its source connect. It stays there without one until it is unbound.
@@ -263,9 +288,12 @@ pub struct BindingObserved {
     /// Samples read by the in-port's component over the connection. A counter.
     #[serde(default)]
     pub samples_received: u64,
-    /// Samples dropped from the in-port's full queue. A counter.
+    /// Samples dropped from the in-port's full buffer. A counter.
     #[serde(default)]
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
 }
 
 /// State of a connector.

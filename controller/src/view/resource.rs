@@ -87,6 +87,9 @@ resource!(
         status.samples_received = 0;
         status.bytes = 0;
         status.drops = 0;
+        status.gaps = 0;
+        status.rate = 0;
+        status.latency = None;
     }
 );
 resource!(

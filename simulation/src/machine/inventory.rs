@@ -110,6 +110,7 @@ impl Connector {
             samples_sent: self.sent as u64,
             bytes: self.sent as u64 * SAMPLE,
             drops: 0,
+            rate: 0,
         }
     }
 }

@@ -298,6 +298,7 @@ fn a_blocked_writer_is_let_go_by_the_end_and_holds_no_other_connector() {
             let writes = (1..=8).map(|number| out.write(&large(number)));
             writes.max().unwrap()
         });
+        until("the writer waits", || first.connector.holds_its_writer());
         until("the other connector has more than fits here", || {
             free.arrivals() > stuck.arrivals()
         });
@@ -444,8 +445,12 @@ fn a_reader_that_pulls_fetches_what_waits_at_the_out_port() {
         let (out, port, made) = one(transport, &[pull]);
         write_all(&out, 1..=5);
         assert_eq!(port.arrivals(), 0, "nothing comes by itself");
+        port.begin();
+        assert!(port.is_new());
         assert_eq!(callback(&port), [1, 2, 3, 4, 5], "{transport:?}");
         assert!(callback(&port).is_empty());
+        port.begin();
+        assert_eq!(port.is_new(), transport == Transport::Socket, "may be");
         let counts = made.source.counts();
         assert_eq!((counts.received, counts.drops, counts.gaps), (5, 0, 0));
 

@@ -9,7 +9,8 @@ use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
 
 use super::in_port::InPort;
 use super::outbox::Outbox;
-use super::sample::{Sample, Written};
+use super::rate::Rate;
+use super::sample::{Sample, Written, now};
 use super::sender::Sender;
 use super::source::Source;
 use super::{Parting, Payload};
@@ -27,6 +28,7 @@ pub struct Connector {
     sent: AtomicU64,
     bytes: AtomicU64,
     drops: AtomicU64,
+    rate: Rate,
 }
 
 /// A sample that found no room.
@@ -79,6 +81,7 @@ impl Connector {
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             drops: AtomicU64::new(0),
+            rate: Rate::default(),
         }
     }
 
@@ -109,6 +112,7 @@ impl Connector {
             return Ok(());
         }
         let size = payload.len() as u64;
+        self.rate.count(written);
         self.bytes.fetch_add(size, Ordering::Relaxed);
         // Only the owner's thread writes, so the number cannot be taken twice. A reader must not count it earlier.
         let sequence = self.sent.fetch_add(1, Ordering::Release) + 1;
@@ -152,6 +156,22 @@ impl Connector {
             self.drops.fetch_add(1, Ordering::Relaxed);
         }
         written
+    }
+
+    /// True while its writer waits for room.
+    #[cfg(test)]
+    pub fn holds_its_writer(&self) -> bool {
+        match lock(&self.link).clone() {
+            Link::Connecting | Link::Closed(_) => false,
+            Link::Direct {
+                port, outbox: None, ..
+            } => port.has_sleepers(),
+            Link::Direct {
+                outbox: Some(outbox),
+                ..
+            } => outbox.has_sleepers(),
+            Link::Socket(sender) => sender.outbox.has_sleepers(),
+        }
     }
 
     /// Who it belongs to now: a person, by this mark, or a plan.
@@ -203,6 +223,7 @@ impl Connector {
             samples_sent: self.sent.load(Ordering::Acquire),
             bytes: self.bytes.load(Ordering::Relaxed),
             drops: self.drops.load(Ordering::Relaxed),
+            rate: self.rate.at(now()),
         }
     }
 }

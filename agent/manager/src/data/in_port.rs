@@ -258,7 +258,8 @@ impl InPort {
         lock(&self.waiting).sleepers > 0
     }
 
-    /// Whether the running callback may read a sample.
+    /// Whether the running callback may read a sample. Of a source in another process that is fetched from, nobody knows
+    /// without asking: there may be one.
     pub fn is_new(&self) -> bool {
         lock(&self.waiting).is_new()
     }
@@ -308,9 +309,9 @@ impl Waiting {
     }
 
     fn is_new(&self) -> bool {
-        self.firsts
-            .first()
-            .is_some_and(|(arrival, _)| *arrival < self.horizon)
+        let first = self.firsts.first();
+        first.is_some_and(|(arrival, _)| *arrival < self.horizon)
+            || self.lanes.values().any(Lane::may_be_fetched)
     }
 
     fn read(&mut self) -> Option<Sample> {

@@ -8,7 +8,7 @@ use super::QUEUE_BYTES;
 use super::budget;
 use super::buffer::Buffer;
 use super::sample::Sample;
-use super::source::Source;
+use super::source::{Fetch, Source};
 
 /// A source and its buffer.
 #[derive(Debug)]
@@ -64,6 +64,16 @@ impl Lane {
     /// The sample that was read last, if an empty one gives that again. No reading.
     pub fn read_back(&self) -> Option<Sample> {
         self.buffer.read_back().map(|arrived| arrived.sample)
+    }
+
+    /// Whether the running callback may fetch a sample.
+    pub fn may_be_fetched(&self) -> bool {
+        let there_is = match self.source.fetch() {
+            Fetch::None => false,
+            Fetch::Here(outbox) => !outbox.is_empty(),
+            Fetch::There => true,
+        };
+        there_is && self.fetches > 0
     }
 
     /// Drops what waits, unseen by the reader.

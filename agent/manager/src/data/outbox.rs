@@ -224,6 +224,12 @@ impl Outbox {
         }
     }
 
+    /// True while a thread waits here.
+    #[cfg(test)]
+    pub fn has_sleepers(&self) -> bool {
+        lock(&self.waiting).sleepers > 0
+    }
+
     /// Ends it: who waits is let go, and nothing is taken in any more. The first reason stays.
     pub fn close(&self, parting: Parting) {
         let mut waiting = lock(&self.waiting);

@@ -251,6 +251,9 @@ fn change(state: &mut State, step: &Step) {
                 samples_received: 0,
                 bytes: 0,
                 drops: 0,
+                gaps: 0,
+                rate: 0,
+                latency: None,
             };
             let source = &connector.spec.source.instance;
             let mut components = state.managers.iter_mut().flat_map(|m| &mut m.components);

@@ -190,12 +190,15 @@ pub struct ConnectorInfo {
     pub state: String,
     /// `direct` or `uds`.
     pub transport: String,
-    /// Samples put into its queue.
+    /// Samples written to it.
     pub samples_sent: u64,
     /// Payload bytes sent.
     pub bytes: u64,
-    /// Samples dropped from its queue.
+    /// Samples that found no room at the out-port end, or went for others.
     pub drops: u64,
+    /// Samples that were written to it in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
 }
 
 /// A connector at its in-port end.
