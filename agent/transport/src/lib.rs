@@ -36,6 +36,7 @@ pub use ended::{Ended, Parting, Refused};
 pub use ends::{Closer, Receiver, Sender};
 pub use kind::{Kind, UnknownKind};
 pub use sample::{MAX_SAMPLE, Payload, Sample};
+pub use signal::SPINS;
 
 /// Takes a lock; what a panicked holder left is consistent after each step.
 fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -7,7 +7,7 @@ use rustix::event::Timespec;
 use rustix::thread::futex;
 
 /// Looks at a state so often before it sleeps: waking a thread costs more than most waits are long.
-pub(crate) const SPINS: u32 = 200;
+pub const SPINS: u32 = 200;
 
 /// Times that a wait looks before it sleeps; none where nobody else could run meanwhile.
 pub(crate) fn spins() -> u32 {

@@ -136,7 +136,9 @@ impl Decoder {
     }
 
     fn large(&mut self) -> Option<Message> {
-        let body = self.body.take_if(|body| body.bytes.len() >= body.size)?;
+        let mut body = self.body.take_if(|body| body.bytes.len() >= body.size)?;
+        // Has the memory counted from now on, so that no counter is made for each sample in it.
+        drop(body.bytes.split_off(body.size));
         let payload = body.bytes.freeze();
         self.spare.keep(&payload);
         Some(Message::Sample(Sample {
