@@ -36,7 +36,7 @@ impl Link for Transported {
     }
 
     fn receive(&mut self, sequence: u64) -> bool {
-        match self.receiver.take(PATIENCE) {
+        match self.receiver.take(Duration::MAX) {
             Ok(Some(sample)) => {
                 let size = sample.payload.len();
                 assert_eq!(sum(&sample.payload), expected(size, sequence));

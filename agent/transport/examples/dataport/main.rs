@@ -19,9 +19,13 @@ fn main() {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     match args[..] {
         ["child", name, size, mode] => {
+            stay_on(1);
             processes::play(name, size.parse().unwrap(), mode.parse().unwrap());
         }
-        ["measure", rounds] => measure(rounds.parse().unwrap()),
+        ["measure", rounds] => {
+            stay_on(0);
+            measure(rounds.parse().unwrap());
+        }
         _ => eprintln!("dataport measure ROUNDS"),
     }
 }
@@ -39,4 +43,12 @@ fn measure(rounds: u32) {
     }
     let shown: Vec<_> = rows.iter_mut().map(|row| row.json()).collect();
     println!("[\n{}\n]", shown.join(",\n"));
+}
+
+/// The two processes run beside each other, where there are two processors.
+fn stay_on(processor: usize) {
+    let mut set = rustix::thread::CpuSet::new();
+    set.set(processor);
+    // Fails where there is no such processor.
+    let _ = rustix::thread::sched_setaffinity(None, &set);
 }

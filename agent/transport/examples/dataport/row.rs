@@ -34,6 +34,8 @@ pub struct Row {
     way: Way,
     /// Nanoseconds from the first byte written until the last was read.
     latencies: Vec<f64>,
+    /// The median of each round.
+    medians: Vec<f64>,
     /// Samples a second, of each round.
     rates: Vec<f64>,
     allocations: u64,
@@ -80,6 +82,7 @@ impl Row {
             size,
             way,
             latencies: Vec::with_capacity(100_000),
+            medians: Vec::with_capacity(1000),
             rates: Vec::with_capacity(1000),
             allocations: 0,
             samples: 0,
@@ -136,29 +139,39 @@ impl Row {
             }
         }
         if !counts {
-            self.latencies.truncate(known);
+            self.latencies.clear();
             self.rates.clear();
             (self.allocations, self.samples) = (0, 0);
+            return;
         }
+        let mut round = self.latencies[known..].to_vec();
+        round.sort_by(f64::total_cmp);
+        self.medians.push(at(&round, 0.5));
     }
 
     pub fn json(&mut self) -> String {
         self.latencies.sort_by(f64::total_cmp);
         self.rates.sort_by(f64::total_cmp);
-        let at = |all: &[f64], share: f64| all[((all.len() - 1) as f64 * share).round() as usize];
+        self.medians.sort_by(f64::total_cmp);
         let rate = at(&self.rates, 0.5);
         format!(
-            "  {{\"row\": \"{}\", \"bytes\": {}, \"medianNs\": {:.1}, \"p99Ns\": {:.1}, \"perSecond\": {:.0}, \
+            "  {{\"row\": \"{}\", \"bytes\": {}, \"medianNs\": {:.1}, \"p99Ns\": {:.1}, \"quietestNs\": {:.1}, \"perSecond\": {:.0}, \
              \"megabytesPerSecond\": {:.1}, \"allocationsPerSample\": {:.3}}}",
             self.name,
             self.size,
             at(&self.latencies, 0.5),
             at(&self.latencies, 0.99),
+            self.medians[0],
             rate,
             rate * self.size as f64 / 1e6,
             self.allocations as f64 / self.samples as f64,
         )
     }
+}
+
+/// Of sorted figures the one with so many below it.
+fn at(sorted: &[f64], share: f64) -> f64 {
+    sorted[((sorted.len() - 1) as f64 * share).round() as usize]
 }
 
 trait Target {

@@ -56,7 +56,9 @@ impl Decoder {
                 (&mut body.bytes, room.min(missing))
             }
             None => {
-                if self.buffer.capacity() - self.buffer.len() < HEADER + SHARED {
+                // From its beginning again when all of it was read: that memory is in the cache.
+                let again = self.buffer.is_empty() && self.buffer.try_reclaim(STEP);
+                if !again && self.buffer.capacity() - self.buffer.len() < HEADER + SHARED {
                     self.buffer.reserve(STEP);
                 }
                 let room = self.buffer.capacity() - self.buffer.len();

@@ -11,6 +11,7 @@ use super::map::Map;
 use super::sleep::Sleep;
 use crate::Ended;
 use crate::socket::look;
+use crate::spin::Spin;
 use crate::stream::Sink;
 
 /// The reader is told after so many bytes, so that it copies out while more is copied in.
@@ -25,6 +26,7 @@ pub struct Writer {
     written: AtomicU64,
     /// Bytes that the reader had taken when last looked at.
     taken: AtomicU64,
+    spin: Spin,
 }
 
 impl Writer {
@@ -35,6 +37,7 @@ impl Writer {
             control,
             written: AtomicU64::new(0),
             taken: AtomicU64::new(0),
+            spin: Spin::default(),
         }
     }
 
@@ -65,6 +68,7 @@ impl Writer {
         Sleep {
             word: self.map.word(READER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
 
@@ -72,6 +76,7 @@ impl Writer {
         Sleep {
             word: self.map.word(WRITER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
 }
@@ -94,8 +99,7 @@ impl Sink for Writer {
         length += self.put(begin + length as u64, rest, room - length);
         let written = begin + length as u64;
         self.written.store(written, Ordering::Relaxed);
-        self.map.count(WRITTEN).store(written, Ordering::Release);
-        self.reader().wake();
+        self.reader().tell(self.map.count(WRITTEN), written);
         Ok(length)
     }
 
@@ -121,6 +125,6 @@ impl Sink for Writer {
 }
 
 /// A writer that waits for room is woken for so much at least, and not for each sample that is taken.
-pub fn enough(map: &Map) -> usize {
+fn enough(map: &Map) -> usize {
     map.ring() / 4
 }
