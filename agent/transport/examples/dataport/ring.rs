@@ -13,8 +13,8 @@ use rustix::thread::futex;
 use crate::bytes_of::{expected, fill, sum};
 use crate::link::Link;
 
-/// Bytes of one ring, as much as the transport has.
-const RING: usize = rts_transport::shm::RING;
+/// Bytes of one ring: room for two of the largest samples.
+const RING: usize = 2 * 1024 * 1024;
 /// Where its bytes begin.
 const DATA: usize = 4096;
 /// Looks as often as the transport does before it sleeps.

@@ -17,7 +17,7 @@ use crate::spin::Spin;
 use crate::stream::{Read, Source};
 
 /// Bytes that are copied out at a time.
-const PIECE: usize = 64 * 1024;
+const PIECE: usize = 32 * 1024;
 
 /// Takes bytes out of the ring. Read by one thread at a time, which its owner sees to.
 #[derive(Debug)]

@@ -15,7 +15,7 @@ use crate::spin::Spin;
 use crate::stream::Sink;
 
 /// The reader is told after so many bytes, so that it copies out while more is copied in.
-const PIECE: usize = 64 * 1024;
+const PIECE: usize = 32 * 1024;
 
 /// Puts bytes into the ring. Written to by one thread at a time, which its owner sees to.
 #[derive(Debug)]
@@ -41,11 +41,16 @@ impl Writer {
         }
     }
 
-    /// Room for so many bytes.
+    /// Room for so many bytes. Also looked at by a thread that waits while another writes.
     fn room(&self) -> io::Result<usize> {
+        // First, so that the other count is not an older one.
+        let known = self.taken.load(Ordering::Acquire);
         let taken = self.map.count(TAKEN).load(Ordering::Acquire);
-        self.taken.store(taken, Ordering::Relaxed);
-        self.room_after(taken).ok_or_else(|| {
+        self.taken.store(taken, Ordering::Release);
+        let written = self.written.load(Ordering::Relaxed);
+        let has_shrunk = written.wrapping_sub(taken) > written.wrapping_sub(known);
+        let room = self.room_after(taken).filter(|_| !has_shrunk);
+        room.ok_or_else(|| {
             let text = "it says that it has read what was not written";
             io::Error::new(io::ErrorKind::InvalidData, text)
         })
