@@ -6,6 +6,7 @@
 
 mod allocations;
 mod bytes_of;
+mod deaths;
 mod link;
 mod plain;
 mod processes;
@@ -42,7 +43,9 @@ fn measure(rounds: u32) {
         }
     }
     let shown: Vec<_> = rows.iter_mut().map(|row| row.json()).collect();
-    println!("[\n{}\n]", shown.join(",\n"));
+    let deaths = deaths::json(u64::from(rounds));
+    let rows = shown.join(",\n");
+    println!("{{\"rows\": [\n{rows}\n], \"deaths\": [\n{deaths}\n]}}");
 }
 
 /// The two processes run beside each other, where there are two processors.

@@ -44,16 +44,7 @@ impl Peer {
                 )
             }
             name => {
-                let kind: Kind = name.parse().unwrap();
-                let (out, theirs) = sockets(kind);
-                let (back, their_back) = sockets(kind);
-                let sender = kind.sender(out).unwrap();
-                let child = start(name, size, mode, [Some(theirs), Some(their_back)]);
-                let link = Transported {
-                    sender,
-                    receiver: kind.receiver(back).unwrap(),
-                    payloads: Payloads::new(size),
-                };
+                let (link, child) = transported(name.parse().unwrap(), size, mode);
                 return Self {
                     link: Box::new(link),
                     child,
@@ -63,6 +54,20 @@ impl Peer {
         let child = start(name, size, mode, [first, second]);
         Self { link, child }
     }
+}
+
+/// A process at the other end of a transport.
+pub fn transported(kind: Kind, size: usize, mode: Mode) -> (Transported, Child) {
+    let (out, theirs) = sockets(kind);
+    let (back, their_back) = sockets(kind);
+    let sender = kind.sender(out).unwrap();
+    let child = start(kind.name(), size, mode, [Some(theirs), Some(their_back)]);
+    let link = Transported {
+        sender,
+        receiver: kind.receiver(back).unwrap(),
+        payloads: Payloads::new(size),
+    };
+    (link, child)
 }
 
 impl Drop for Peer {

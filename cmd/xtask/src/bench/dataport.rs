@@ -36,6 +36,22 @@ struct Row {
     allocations_per_sample: f64,
 }
 
+/// How long the death of the other process was not noticed.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Death {
+    row: String,
+    median_ms: f64,
+    most_ms: f64,
+}
+
+/// What the measuring program prints.
+#[derive(Debug, Deserialize)]
+struct Measured {
+    rows: Vec<Row>,
+    deaths: Vec<Death>,
+}
+
 /// A ratio that is to be reached.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -77,11 +93,13 @@ pub fn run(args: &Args) -> Result<()> {
     let rounds = if args.quick { 3 } else { args.rounds };
     let mut command = project::command(&program);
     command.args(["measure", &rounds.to_string()]);
-    let rows: Vec<Row> = serde_json::from_str(&output(&mut command)?).context("its rows")?;
+    let Measured { rows, deaths } =
+        serde_json::from_str(&output(&mut command)?).context("its rows")?;
     let goals = goals(&rows)?;
-    print(&rows, &goals);
+    print(&rows, &goals, &deaths);
     if let Some(file) = &args.json {
-        let all = serde_json::json!({ "rounds": rounds, "rows": rows, "goals": goals });
+        let all =
+            serde_json::json!({ "rounds": rounds, "rows": rows, "goals": goals, "deaths": deaths });
         std::fs::write(file, serde_json::to_string_pretty(&all)? + "\n")
             .with_context(|| format!("cannot write {}", file.display()))?;
     }
@@ -123,7 +141,7 @@ fn goals(rows: &[Row]) -> Result<Vec<Goal>> {
     Ok(goals)
 }
 
-fn print(rows: &[Row], goals: &[Goal]) {
+fn print(rows: &[Row], goals: &[Goal], deaths: &[Death]) {
     println!(
         "{:<13} {:>8} {:>10} {:>10} {:>10} {:>10} {:>9} {:>7}   (latency one way in microseconds)",
         "ROW", "BYTES", "MEDIAN", "P99", "QUIETEST", "SAMPLES/S", "MB/S", "ALLOCS"
@@ -151,6 +169,17 @@ fn print(rows: &[Row], goals: &[Goal]) {
         println!(
             "{:<13} {:<13} {:>8} {:>8.2} {:>8.2}{mark}",
             goal.row, goal.beside, goal.bytes, goal.ratio, goal.goal
+        );
+    }
+    println!();
+    println!(
+        "{:<13} {:>10} {:>10}   (milliseconds until a killed process is noticed at both ends)",
+        "DEATH", "MEDIAN", "MOST"
+    );
+    for death in deaths {
+        println!(
+            "{:<13} {:>10.2} {:>10.2}",
+            death.row, death.median_ms, death.most_ms
         );
     }
 }
