@@ -7,12 +7,10 @@ use std::time::Duration;
 pub const MOST: u32 = 2000;
 /// Looks at least.
 const LEAST: u32 = 50;
-/// Between so many looks others may run, as it may be them who are waited for.
-const YIELD: u32 = 32;
 /// A sleep that is shorter might have been none.
 const SHORT: Duration = Duration::from_micros(100);
 /// Of so many short sleeps, one is tried without.
-const TRIAL: u32 = 8;
+const TRIAL: u32 = 32;
 
 /// How long it pays to look, as learned from the waits before: one that waits for each millisecond sleeps at once, and
 /// costs nothing; one that gets its answer at once does not sleep at all.
@@ -42,11 +40,8 @@ impl Spin {
                 }
                 return true;
             }
-            if look.is_multiple_of(YIELD) {
-                std::thread::yield_now();
-            } else {
-                std::hint::spin_loop();
-            }
+            // Not `yield_now`: who else wants to run would have the processor for milliseconds.
+            std::hint::spin_loop();
         }
         false
     }
@@ -92,7 +87,7 @@ mod tests {
     fn one_that_sleeps_briefly_tries_now_and_then_and_goes_on_when_it_pays() {
         let spin = Spin::default();
         let briefly = Duration::from_micros(5);
-        let tried: Vec<_> = (0..20)
+        let tried: Vec<_> = (0..80)
             .map(|_| {
                 spin.slept(briefly);
                 looks(&spin) == MOST
