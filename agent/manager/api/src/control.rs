@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, ModuleInfo,
-    ParameterFacts, PortInfo,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, ManagerInventory,
+    ModuleInfo, ParameterFacts, PortInfo, TimingInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use self::stand_in::StandInShape;

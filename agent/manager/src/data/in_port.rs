@@ -1,7 +1,8 @@
 //! An in-port: a bounded queue for each source, and one reader, the component, that takes what arrived first.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex};
+use std::fmt;
+use std::sync::{Arc, Mutex, OnceLock};
 
 use super::budget::{self, Budget};
 use super::queue::Queue;
@@ -17,6 +18,16 @@ pub struct InPort {
     /// IDL repository id.
     pub data_type: String,
     waiting: Mutex<Waiting>,
+    arrival: OnceLock<Hook>,
+}
+
+/// What is called when a sample has arrived.
+struct Hook(Box<dyn Fn() + Send + Sync>);
+
+impl fmt::Debug for Hook {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Hook")
+    }
 }
 
 /// Samples that wait to be read.
@@ -52,7 +63,13 @@ impl InPort {
             name: name.to_owned(),
             data_type: data_type.to_owned(),
             waiting: Mutex::default(),
+            arrival: OnceLock::new(),
         }
+    }
+
+    /// Has this called after each arrival, by the thread that brought the sample. Once for each port.
+    pub fn on_arrival(&self, hook: impl Fn() + Send + Sync + 'static) {
+        let _ = self.arrival.set(Hook(Box::new(hook)));
     }
 
     /// Appends a sample of an open source. `queued` runs before a reader can see the sample. False when the source
@@ -70,6 +87,10 @@ impl InPort {
         }
         waiting.push(source, sequence, payload);
         queued();
+        drop(waiting);
+        if let Some(Hook(hook)) = self.arrival.get() {
+            hook();
+        }
         true
     }
 
