@@ -11,7 +11,7 @@ use rts_plan::plan::{Step, StepId};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use self::act::{Act, ActRequest, Acted};
+pub use self::act::{Act, ActRequest, Acted, MAX_TICKS};
 pub use self::bind::{BindRequest, Bound};
 
 /// Who an agent is.

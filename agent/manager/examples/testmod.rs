@@ -1,7 +1,7 @@
 //! A module for the tests of this crate, written against the bare C ABI so that it can misbehave.
 //!
 //! Each `on_execute` reads all samples of `in`, which must be rising numbers, and writes `produce` numbers to `out`.
-//! Parameters: `fail` names a callback that returns an error with the reason `reason`; `hang` names one that takes
+//! Parameters: `fail` names callbacks that return an error with the reason `reason`; `hang` names one that takes
 //! `hang_ms` milliseconds. `code` is refused unless it is a number: it is the return code of failures.
 
 #![allow(unsafe_code)]
@@ -204,7 +204,7 @@ unsafe extern "C" fn call(instance: *mut c_void, number: u32) -> i32 {
     if component.hang == name {
         std::thread::sleep(Duration::from_millis(component.hang_ms));
     }
-    if component.fail == name {
+    if component.fail.split(',').any(|callback| callback == name) {
         if !component.reason.is_empty() {
             component.say_why(&component.reason);
         }

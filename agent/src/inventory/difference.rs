@@ -15,6 +15,7 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
     let managers = inventory.managers.iter_mut();
     for component in managers.flat_map(|m| &mut m.components) {
         component.executions = 0;
+        component.timing = None;
         if let Some(hangs) = &mut component.hangs {
             // `has been in on_execute for 11 s`
             let end = hangs.rfind(" for ").unwrap_or(hangs.len());

@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo,
-    SystemId,
+    self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
+    ManagerInventory, PortInfo, SystemId, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory,
-    Latency, LifeCycleState, ManagerObserved, PortObserved,
+    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
+    DurationsObserved, Inventory, Latency, LifeCycleState, ManagerObserved, PortObserved,
+    TimingObserved,
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
@@ -149,11 +150,30 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         execution_kind: execution_kind(&info.execution_kind),
         rate: info.rate,
         executions: info.executions,
+        timing: info.timing.map(timing),
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
         bindings,
         by_hand: info.by_hand.map(by_hand).unwrap_or_default(),
         instance: info.instance,
+    }
+}
+
+fn timing(info: TimingInfo) -> TimingObserved {
+    TimingObserved {
+        overruns: info.overruns,
+        execution: durations(info.execution),
+        jitter: info.jitter.map(durations),
+    }
+}
+
+fn durations(info: DurationInfo) -> DurationsObserved {
+    DurationsObserved {
+        count: info.count,
+        median: info.median,
+        p99: info.p99,
+        max: info.max,
+        buckets: info.buckets,
     }
 }
 

@@ -225,6 +225,10 @@ impl Fake {
                     component.bindings.retain(|b| b.connector != connector);
                 }
             }
+            RequestBody::Tick { instance, cycles } => match components.get_mut(&instance) {
+                Some(component) => component.executions += u64::from(cycles),
+                None => return refused(FailureCode::NotFound, "no such component"),
+            },
             RequestBody::Connect(request) => {
                 let Some(component) = components.get_mut(&request.instance) else {
                     return refused(FailureCode::NotFound, "no such component");
@@ -437,6 +441,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         execution_kind: request.execution_kind,
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
+        timing: None,
         ports: vec![
             PortInfo {
                 name: "in".to_owned(),

@@ -8,6 +8,7 @@ mod page;
 mod policy;
 #[cfg(test)]
 mod tests;
+mod timing;
 
 use std::collections::BTreeSet;
 

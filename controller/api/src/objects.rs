@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
 pub use rts_plan::observed::Latency;
+use rts_plan::observed::TimingObserved;
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -333,6 +334,9 @@ pub struct ComponentStatus {
     /// `on_execute` calls. A counter.
     #[serde(default)]
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle. Counters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

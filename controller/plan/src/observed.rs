@@ -156,6 +156,9 @@ pub struct ComponentObserved {
     pub rate: f64,
     /// `on_execute` calls since creation. A counter: raises no revision.
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle. Raises no revision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingObserved>,
     /// Ports that it really has.
     pub ports: Vec<PortObserved>,
     /// Connectors of which it is the source (data: the out-port end).
@@ -166,6 +169,35 @@ pub struct ComponentObserved {
     /// What a person changed in it since the plan last did.
     #[serde(default, skip_serializing_if = "ByHand::is_empty")]
     pub by_hand: ByHand,
+}
+
+/// How an execution context keeps its time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct TimingObserved {
+    /// Cycles of a periodic one that were not over when the next was due.
+    pub overruns: u64,
+    /// How long cycles took.
+    pub execution: DurationsObserved,
+    /// How late cycles of a periodic one began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<DurationsObserved>,
+}
+
+/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct DurationsObserved {
+    /// How many.
+    pub count: u64,
+    /// Half are below.
+    pub median: u64,
+    /// 99 of 100 are below.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+    /// `[below, count]`: how many are below each power of two and not below half of it, where there are any.
+    pub buckets: Vec<(u64, u64)>,
 }
 
 /// What a person changed in a component, each with a mark that says what was desired at that moment: once something

@@ -74,6 +74,7 @@ resource!(
     |o| key(&o.metadata.name, &o.status.node),
     |c| {
         c.status.executions = 0;
+        c.status.timing = None;
     }
 );
 resource!(

@@ -3,7 +3,7 @@
 use crate::fleet::served::{problem, request, serve};
 use crate::fleet::{Cluster, systems};
 use rts_controller_api::requests::{ApplyRequest, Expect};
-use rts_schemas::system::{ExecutionKind, Placement};
+use rts_schemas::system::Placement;
 
 #[tokio::test]
 async fn every_fault_of_a_spec_is_named_at_once() {
@@ -185,21 +185,4 @@ async fn errors_are_problem_documents() {
         send(Method::POST, "/v1/nodes/UPPER/sessions", "{}").await,
     ];
     insta::assert_snapshot!("problems", lines.join("\n"));
-}
-
-#[tokio::test]
-async fn an_execution_kind_that_no_manager_runs_is_refused_before_anything_is_disturbed() {
-    let (cluster, agent) = Cluster::hello();
-    let served = serve(cluster).await;
-    let applied = served.controller.apply(&request(systems::hello())).await;
-    assert!(applied.unwrap().changed);
-    served.until_converged("hello").await;
-    agent.take_done();
-    let mut spec = systems::hello();
-    spec.components[0].execution_context.kind = ExecutionKind::EventDriven;
-    spec.components[1].execution_context.kind = ExecutionKind::Other;
-    let planned = problem(served.controller.plan(&request(spec.clone())).await);
-    assert_eq!(planned.code, "unsupported-execution-kind");
-    insta::assert_snapshot!("unsupported_execution_kind", served.refused(spec).await);
-    assert_eq!(agent.take_done(), [""; 0]);
 }

@@ -82,6 +82,7 @@ impl Component {
             execution_kind: "periodic".to_owned(),
             rate: self.rate,
             executions: self.executions as u64,
+            timing: None,
             ports: self.ports.clone(),
             connectors: self.connectors.values().map(Connector::info).collect(),
             bindings,

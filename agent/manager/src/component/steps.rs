@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use rts_manager_api::control::{Failure, FailureCode};
-use rts_runtime::abi::{callback, return_code};
+use rts_runtime::abi::return_code;
 use rts_schemas::system::OnDisconnect;
 
 use super::configuration::Sets;
@@ -29,9 +29,11 @@ impl Context<'_> {
                 otherwise,
             } => (callback, then, otherwise),
         };
-        let starts = then == State::Active;
+        let starts = transition == Transition::Activate;
         if starts {
             self.check_peers()?;
+            // What asked for a cycle before has nothing to ask for any more.
+            self.component.take_wake();
             self.forget_samples();
         }
         match self.instance.callback(number) {
@@ -39,21 +41,32 @@ impl Context<'_> {
                 if starts {
                     self.forget_samples();
                 }
-                self.enter(then, None);
-                self.next = Instant::now();
+                if then != state {
+                    self.enter(then, None);
+                    self.next = Instant::now();
+                }
                 Ok(())
             }
             Err(error) => {
-                if otherwise == State::Error && state != State::Error {
-                    self.abort(&error.message);
-                } else {
-                    self.enter(otherwise, Some(error.message.clone()));
-                }
+                self.failed(transition, state, otherwise, &error);
                 Err(failure(
                     FailureCode::ComponentFailed,
                     format!("{name}: {}", error.message),
                 ))
             }
+        }
+    }
+
+    /// A callback failed: what becomes of the component.
+    fn failed(&mut self, transition: Transition, from: State, to: State, error: &CallFailed) {
+        use Transition::{Dwell, Initialize, Reset, StartUp};
+        match transition {
+            Initialize | Reset => self.enter(to, Some(error.message.clone())),
+            // Creation says why it fails; what is in Error has said why, and would say it each cycle.
+            StartUp | Dwell => {}
+            _ if to == State::Error && from != State::Error => self.abort(&error.message),
+            _ if to != from => self.enter(to, Some(error.message.clone())),
+            _ => self.component.log.write(Level::Warn, &error.message),
         }
     }
 
@@ -159,24 +172,15 @@ impl Context<'_> {
         }
         let rate = rate.map_or(Ok(()), |rate| self.set_rate(rate));
         let told = if any {
-            self.tell(callback::ON_CONFIGURED)
+            self.transition(Transition::Configure)
         } else {
             Ok(())
         };
         rate.and(told)
     }
 
-    /// Calls a callback that tells of a change, which holds also when it fails; that leads to Error, as in OpenRTM-aist, so
+    /// Changes the rate. The new one holds even when `on_rate_changed` fails; that leads to Error, as in OpenRTM-aist, so
     /// that a component which does not run as it should is not taken for one that does.
-    fn tell(&mut self, number: u32) -> Result<(), Failure> {
-        let told = self.instance.callback(number);
-        told.map_err(|error| {
-            self.abort(&error.message);
-            refusal(self.component, &error)
-        })
-    }
-
-    /// Changes the rate.
     fn set_rate(&mut self, rate: f64) -> Result<(), Failure> {
         let former = std::mem::replace(&mut lock(&self.component.status).rate, rate);
         if former == rate {
@@ -187,7 +191,7 @@ impl Context<'_> {
         self.component
             .log
             .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        self.tell(callback::ON_RATE_CHANGED)
+        self.transition(Transition::ChangeRate)
     }
 }
 

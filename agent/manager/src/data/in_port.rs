@@ -1,7 +1,8 @@
 //! An in-port: a bounded buffer for each source, and one reader, the component, that takes what arrived first.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::fmt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_schemas::connector::{EmptyPolicy, FullPolicy};
@@ -22,6 +23,16 @@ pub struct InPort {
     waiting: Mutex<Waiting>,
     /// For a reader that waits for a sample, and writers that wait for room.
     changed: Condvar,
+    arrival: OnceLock<Hook>,
+}
+
+/// What is called when a sample has arrived.
+struct Hook(Box<dyn Fn() + Send + Sync>);
+
+impl fmt::Debug for Hook {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Hook")
+    }
 }
 
 /// Samples that wait to be read.
@@ -51,6 +62,18 @@ impl InPort {
             data_type: data_type.to_owned(),
             waiting: Mutex::default(),
             changed: Condvar::new(),
+            arrival: OnceLock::new(),
+        }
+    }
+
+    /// Has this called after each arrival, by the thread that brought the sample. Once for each port.
+    pub fn on_arrival(&self, hook: impl Fn() + Send + Sync + 'static) {
+        let _ = self.arrival.set(Hook(Box::new(hook)));
+    }
+
+    fn tell_arrival(&self) {
+        if let Some(Hook(hook)) = self.arrival.get() {
+            hook();
         }
     }
 
@@ -63,7 +86,9 @@ impl InPort {
     /// Takes a sample of an open source in, or gives it back when there is no room for it; one of a closed source is
     /// dropped.
     pub fn offer(&self, source: &Arc<Source>, sample: Sample) -> Result<(), Sample> {
-        self.put(&mut lock(&self.waiting), source, sample)
+        self.put(&mut lock(&self.waiting), source, sample)?;
+        self.tell_arrival();
+        Ok(())
     }
 
     fn put(
@@ -96,7 +121,11 @@ impl InPort {
         };
         loop {
             match self.put(&mut waiting, source, sample) {
-                Ok(()) => return Written::Taken,
+                Ok(()) => {
+                    drop(waiting);
+                    self.tell_arrival();
+                    return Written::Taken;
+                }
                 Err(back) => sample = back,
             }
             let left = timeout.saturating_sub(began.elapsed());

@@ -392,7 +392,7 @@ mod tests {
         let gain = &info.facts["gain"];
         let said = [&gain.value_type, &gain.unit, &gain.constraint];
         assert_eq!(said, ["double", "1", "0<x<=10"]);
-        assert_eq!(info.execution_kind, "event-driven");
+        assert_eq!(info.execution_kind, "eventDriven");
         assert_eq!(info.activity_type, "SPORADIC");
         assert_eq!(info.max_instances, Some(2));
         let arm = PortInfo {

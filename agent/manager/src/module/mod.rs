@@ -92,9 +92,15 @@ impl Execution {
     pub fn name(self) -> &'static str {
         match self {
             Self::Periodic => "periodic",
-            Self::EventDriven => "event-driven",
-            Self::External => "external",
+            Self::EventDriven => "eventDriven",
+            Self::External => "other",
         }
+    }
+
+    /// The kind of this name.
+    pub fn of(name: &str) -> Option<Self> {
+        let all = [Self::Periodic, Self::EventDriven, Self::External];
+        all.into_iter().find(|kind| kind.name() == name)
     }
 }
 

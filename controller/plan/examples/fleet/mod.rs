@@ -239,6 +239,7 @@ fn live(
         execution_kind: ExecutionKind::Periodic,
         rate: spec.execution_context.rate.unwrap_or(1000.0),
         executions: 0,
+        timing: None,
         ports: Vec::new(),
         connectors,
         bindings: Vec::new(),

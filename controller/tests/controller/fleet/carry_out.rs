@@ -202,6 +202,7 @@ fn change(state: &mut State, step: &Step) {
             execution_kind,
             rate: rate.unwrap_or(1000.0),
             executions: 0,
+            timing: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),

@@ -29,7 +29,7 @@ pub struct ModuleInfo {
     /// What more it says of parameters.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub facts: BTreeMap<String, ParameterFacts>,
-    /// `periodic`, `event-driven` or `external` when nothing else is said; empty from a manager that does not tell.
+    /// `periodic`, `eventDriven` or `other` when nothing else is said; empty from a manager that does not tell.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub execution_kind: String,
     /// `PERIODIC`, `SPORADIC` or `EVENT_DRIVEN`; empty from a manager that does not tell.
@@ -125,12 +125,15 @@ pub struct ComponentInfo {
     /// `keep`, `deactivate` or `stop` when a peer is lost; none from a manager of version 1, which keeps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_disconnect: Option<String>,
-    /// `periodic`.
+    /// `periodic`, `eventDriven` or `other`.
     pub execution_kind: String,
     /// Rate in Hz.
     pub rate: f64,
     /// `on_execute` calls.
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingInfo>,
     /// Ports.
     pub ports: Vec<PortInfo>,
     /// Connectors of its out-ports.
@@ -155,6 +158,35 @@ pub struct ByHandInfo {
     /// Of each `Disconnect` by hand, by connector name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub disconnected: BTreeMap<String, String>,
+}
+
+/// How an execution context keeps its time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct TimingInfo {
+    /// Cycles of a periodic one that were not over when the next was due.
+    pub overruns: u64,
+    /// How long cycles took.
+    pub execution: DurationInfo,
+    /// How late cycles of a periodic one began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<DurationInfo>,
+}
+
+/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct DurationInfo {
+    /// How many.
+    pub count: u64,
+    /// Half are below.
+    pub median: u64,
+    /// 99 of 100 are below.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+    /// How many are below each power of two and not below half of it, where there are any.
+    pub buckets: Vec<(u64, u64)>,
 }
 
 /// A callback that does not return.
