@@ -276,7 +276,7 @@ fn a_union_says_nothing_else_than_what_was_chosen() {
 fn values_within_each_other_are_not_followed_for_ever() {
     use lab::Lab::{Node, Tree};
 
-    let node = |children| Node { value: 1, children };
+    let node = |children| Node { count: 1, children };
     let nodes = (0..60).fold(node(Vec::new()), |inner, _| node(vec![inner]));
     assert_eq!(
         Node::decode(&encoded(&nodes)).expect("deep, but not too deep"),

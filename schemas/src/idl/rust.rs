@@ -42,25 +42,7 @@ const ALLOW: &str = "#[allow(dead_code, missing_docs, non_camel_case_types, non_
 ///
 /// Types that `rts_runtime::types` has are used from there.
 ///
-/// A component's `build.rs`:
-///
-/// ```no_run
-/// # #![allow(clippy::disallowed_methods)]
-/// use rts_schemas::idl;
-///
-/// let name = "idl/arm.idl";
-/// println!("cargo::rerun-if-changed={name}");
-/// let bytes = std::fs::read(name).unwrap();
-/// let read = idl::read(name, &bytes, &idl::standard()).unwrap_or_else(|report| {
-///     let all: Vec<String> = report.findings.iter().map(rts_schemas::diagnostic::render).collect();
-///     panic!("{}", all.join("\n"))
-/// });
-/// let code = idl::rust::generate(&read.unit, &[name]);
-/// let out = std::path::Path::new(&std::env::var("OUT_DIR").unwrap()).join("arm.rs");
-/// std::fs::write(out, code.text).unwrap();
-/// ```
-///
-/// And in its `src/lib.rs`: `mod arm { include!(concat!(env!("OUT_DIR"), "/arm.rs")); }`.
+/// `docs/idl.md` has a build script that does it.
 pub fn generate(unit: &Unit, files: &[&str]) -> Code {
     let selection = Selection::new(unit, files);
     let writer = Writer {
@@ -115,6 +97,11 @@ impl Module {
         }
     }
 }
+
+/// Keeps the guide's build script compiling.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/idl.md")]
+struct Guide;
 
 /// What knows everything that a piece of text needs.
 struct Writer<'a> {
