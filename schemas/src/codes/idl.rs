@@ -88,8 +88,8 @@ Leave `oneway` out, or what would be answered. An exception is named once in `ra
         code: "idl-wrong-name",
         title: "a name stands for something of another kind",
         explain: "\
-Where a type is expected a constant, an exception or a member has no meaning; a union is decided by a whole number, a `char`,
-a `boolean` or an enum; `raises` names exceptions.
+Where a type is expected a constant, an exception or a member has no meaning; a union is decided by a whole number, a
+`char`, a `boolean` or an enum; `raises` names exceptions.
 
     exception Refused { string why; };
     struct Answer { Refused why; };   // an exception is no type
@@ -124,8 +124,8 @@ Give one of them another name. A keyword can be a name with an underscore before
         code: "idl-name-taken",
         title: "a name has a meaning already",
         explain: "\
-In one scope a name is declared once; a scope's own name, names that were used in it and inherited operations count too. Only
-modules may be opened again, and structs, unions and interfaces be announced before they are defined. A repository id is set
+In one scope a name is declared once; a scope's own name, names that were used in it and inherited operations count too.
+Only modules may be opened again, and structs, unions and interfaces be announced before they are defined. A repository id is set
 once.
 
     enum Arm { LEFT, RIGHT };
@@ -137,8 +137,8 @@ Give one of them another name, or put it into a module.",
         code: "idl-incomplete-type",
         title: "a type is used before it is defined, or within itself",
         explain: "\
-A struct or union that is only announced, or that is being defined, has no known size. A sequence of it may be used: it may be
-empty. What is announced must be defined in the end; for an interface this is a warning only.
+A struct or union that is only announced, or that is being defined, has no known size. A sequence of it may be used: it may
+be empty. What is announced must be defined in the end; for an interface this is a warning only.
 
     struct Node {
       Node child;                     // sequence<Node> children
@@ -189,8 +189,8 @@ Do as it says.",
         code: "idl-not-supported",
         title: "this part of IDL is not read",
         explain: "\
-Native types, value types, fixed-point numbers, annotations of IDL 4 and macros with parameters are not read: no data port of
-OpenRTM-aist uses them.
+Native types, value types, fixed-point numbers, annotations of IDL 4 and macros with parameters are not read: no data port
+of OpenRTM-aist uses them.
 
     native Handle;
     typedef fixed<8,2> Money;
@@ -213,8 +213,8 @@ Use sequences for large values, and guard files: `#ifndef NAME`, `#define NAME`,
         code: "idl-not-text",
         title: "the file is no text",
         explain: "\
-An IDL file is text in UTF-8; comments in Shift_JIS or EUC-JP are read too. This one has bytes that are none of them, so it is
-something else: a compiled file, an archive, a damaged copy.
+An IDL file is text in UTF-8; comments in Shift_JIS or EUC-JP are read too. This one has bytes that are none of them, so it
+is something else: a compiled file, an archive, a damaged copy.
 
 Name another file.",
     },

@@ -56,13 +56,16 @@ pub fn generate(unit: &Unit, files: &[&str]) -> Code {
         let path = writer.names.module(index);
         root.at(path).items.push_str(&text);
     }
-    let mut text = String::new();
+    let mut text = HEAD.to_owned();
     root.write(0, &mut text);
     Code {
         text,
         left_out: selection.left_out(),
     }
 }
+
+/// The first line.
+const HEAD: &str = "// Generated from IDL by rtsctl: change the IDL file, not this one.\n";
 
 /// A module with its text.
 #[derive(Debug, Default)]
@@ -80,14 +83,17 @@ impl Module {
 
     fn write(&self, depth: usize, out: &mut String) {
         let indent = "    ".repeat(depth);
-        for line in self.items.lines() {
+        let is_first = out.ends_with("{\n");
+        let items = self.items.strip_prefix('\n').filter(|_| is_first);
+        for line in items.unwrap_or(&self.items).lines() {
             let _ = match line.is_empty() {
                 true => writeln!(out),
                 false => writeln!(out, "{indent}{line}"),
             };
         }
         for (name, module) in &self.modules {
-            let _ = write!(out, "\n{indent}/// `module {name}`.\n");
+            let gap = if out.ends_with("{\n") { "" } else { "\n" };
+            let _ = write!(out, "{gap}{indent}/// `module {name}`.\n");
             if depth == 0 {
                 out.push_str(ALLOW);
             }
