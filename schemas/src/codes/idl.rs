@@ -125,8 +125,8 @@ Give one of them another name. A keyword can be a name with an underscore before
         title: "a name has a meaning already",
         explain: "\
 In one scope a name is declared once; a scope's own name, names that were used in it and inherited operations count too.
-Only modules may be opened again, and structs, unions and interfaces be announced before they are defined. A repository id is set
-once.
+Only modules may be opened again, and structs, unions and interfaces be announced before they are defined. A repository id
+is set once.
 
     enum Arm { LEFT, RIGHT };
     enum Leg { LEFT, RIGHT };         // enumerators stand beside their enum

@@ -93,7 +93,7 @@ impl Module {
         }
         for (name, module) in &self.modules {
             let gap = if out.ends_with("{\n") { "" } else { "\n" };
-            let _ = write!(out, "{gap}{indent}/// `module {name}`.\n");
+            let _ = writeln!(out, "{gap}{indent}/// `module {name}`.");
             if depth == 0 {
                 out.push_str(ALLOW);
             }
