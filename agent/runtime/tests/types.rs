@@ -253,6 +253,23 @@ fn generated_types_have_the_bytes_of_their_idl() {
 }
 
 #[test]
+fn wide_and_raw_members_are_those_of_the_runtime() {
+    let wide = lab::Lab::Wide {
+        letter: lab::Lab::SIGN.into(),
+        text: "あ".into(),
+        raw: vec![1, 2, 3],
+        letters: vec![b'a'],
+    };
+    let bytes = [
+        &[2, 0x30, 0x42, 0][..],
+        &[4, 0, 0, 0, 0xFF, 0xFE, 0x42, 0x30],
+        &[3, 0, 0, 0, 1, 2, 3, 0],
+        &[1, 0, 0, 0, b'a'],
+    ];
+    same(wide, &bytes.concat());
+}
+
+#[test]
 fn a_union_says_nothing_else_than_what_was_chosen() {
     use lab::Lab::{Choice, Mode, Number, Other};
 
