@@ -3,8 +3,10 @@
 //! No I/O happens here: text comes in, models and findings go out. Files are read by the programs.
 
 pub mod canonical;
+pub mod cdr;
 pub mod check;
 pub mod codes;
+pub mod connector;
 pub mod diagnostic;
 pub mod docs;
 pub mod form;

@@ -1,13 +1,16 @@
 //! What we write is accepted by the reference library wherever it accepted the original, with equal content; and by the
 //! XML Schemas wherever they accepted the original.
 //!
-//! `RTSCTL_REFERENCE` names a Python with `rtsprofile-aist`, `pyyaml` and `lxml`; without it these tests say that they
-//! were skipped.
+//! And that CDR is what omniORB writes and reads.
+//!
+//! `RTSCTL_REFERENCE` names a Python with `rtsprofile-aist`, `pyyaml`, `lxml` and `jeteve-omniorb`; without it these tests
+//! say that they were skipped.
 
 // A failure here is a failed test; only the tests read files, the environment and start programs.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 mod forms;
+mod omniorb;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ pub mod chaos;
 mod daemons;
 mod processes;
 mod profile;
+pub mod soak;
 mod witness;
 
 use std::path::{Path, PathBuf};

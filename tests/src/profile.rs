@@ -16,6 +16,7 @@ struct Component {
     instance: String,
     type_name: String,
     optional: bool,
+    rate: Option<String>,
     parameters: Vec<(String, String)>,
     properties: Vec<(String, String)>,
 }
@@ -82,6 +83,13 @@ impl Profile {
     pub fn parameter(mut self, name: &str, value: &str) -> Self {
         let last = self.components.last_mut().expect("a component");
         last.parameters.push((name.to_owned(), value.to_owned()));
+        self
+    }
+
+    /// The rate in Hz of the component that was named last.
+    #[must_use]
+    pub fn rate(mut self, rate: &str) -> Self {
+        self.components.last_mut().expect("a component").rate = Some(rate.to_owned());
         self
     }
 
@@ -198,6 +206,12 @@ impl Component {
             );
         }
         text.push_str("</rts:ConfigurationSets>");
+        if let Some(rate) = &self.rate {
+            let _ = write!(
+                text,
+                r#"<rts:ExecutionContexts xsi:type="rtsExt:execution_context_ext" rts:id="0" rts:kind="PERIODIC" rts:rate="{rate}"/>"#
+            );
+        }
         for (name, value) in &self.properties {
             let _ = write!(
                 text,

@@ -27,7 +27,7 @@ pub struct Witness(BTreeMap<String, Seen>);
 
 impl Stack {
     /// Control sockets of all managers.
-    fn sockets(&self) -> Vec<PathBuf> {
+    pub(crate) fn sockets(&self) -> Vec<PathBuf> {
         let folders = |path: PathBuf| {
             let entries = std::fs::read_dir(path).into_iter().flatten();
             entries.filter_map(|e| Some(e.ok()?.path()))

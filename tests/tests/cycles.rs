@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use rts_tests::{Stack, processes_of};
+use rts_tests::{Stack, processes_of, soak};
 
 const HELLO: &str = "manifests/hello/system.xml";
 const CYCLES: usize = 100;
@@ -115,4 +115,18 @@ fn daemons_that_live_on_hold_no_more_than_before() {
         );
     }
     stack.leaves_nothing();
+}
+
+#[test]
+fn a_large_system_that_is_changed_all_the_time_does_not_grow() {
+    let options = soak::Options {
+        time: Duration::from_secs(20),
+        seed: 1,
+        components: 100,
+        leak: false,
+    };
+    match soak::run(&options) {
+        Ok(report) => println!("{report}"),
+        Err(problem) => panic!("{problem}"),
+    }
 }

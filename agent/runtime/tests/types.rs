@@ -1,5 +1,10 @@
 //! The bytes of the data types.
 
+#[path = "types/agreement.rs"]
+mod agreement;
+#[path = "types/allocations.rs"]
+mod allocations;
+
 use std::fmt::Debug;
 
 use proptest::prelude::*;

@@ -1,6 +1,8 @@
 //! `cargo xtask fuzz`: every fuzz target for some time; the tests run a short part.
 
-use anyhow::{Context, Result};
+use std::sync::Mutex;
+
+use anyhow::{Context, Result, bail};
 
 use crate::{project, tools};
 
@@ -18,16 +20,32 @@ pub struct Args {
     only: Vec<String>,
 }
 
-/// Runs the targets one after the other.
+/// Runs the targets, as many at once as there are cores.
 pub fn run(args: &Args) -> Result<()> {
-    let targets = targets()?;
-    for target in targets
-        .iter()
-        .filter(|t| args.only.is_empty() || args.only.contains(t))
-    {
-        fuzz(target, args.seconds)?;
+    let mut wanted = targets()?;
+    if let Some(unknown) = args.only.iter().find(|name| !wanted.contains(name)) {
+        bail!(
+            "there is no target {unknown}; there are: {}",
+            wanted.join(" ")
+        );
     }
-    Ok(())
+    wanted.retain(|target| args.only.is_empty() || args.only.contains(target));
+    project::run(project::command(tools::cargo_tool("fuzz")?).args(["build", "-s", "none"]))?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let waiting = Mutex::new(wanted.into_iter());
+    let next = || waiting.lock().ok()?.next();
+    let work = || -> Result<()> {
+        while let Some(target) = next() {
+            fuzz(&target, args.seconds)?;
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        workers
+            .into_iter()
+            .try_for_each(|worker| worker.join().unwrap_or_else(|_| bail!("a worker panicked")))
+    })
 }
 
 /// The part that the tests run.
@@ -55,8 +73,8 @@ fn targets() -> Result<Vec<String>> {
     Ok(targets)
 }
 
+/// Prints what the target says when it ends: several run at once.
 fn fuzz(target: &str, seconds: u32) -> Result<()> {
-    println!("fuzzing {target} for {seconds} s");
     let corpus = project::root().join("fuzz/corpus").join(target);
     std::fs::create_dir_all(&corpus)
         .with_context(|| format!("cannot make {}", corpus.display()))?;
@@ -75,5 +93,15 @@ fn fuzz(target: &str, seconds: u32) -> Result<()> {
         "-print_final_stats=1",
     ]);
     command.arg(format!("-max_total_time={seconds}"));
-    project::run(&mut command)
+    let output = command
+        .output()
+        .with_context(|| format!("cannot start {}", project::shown(&command)))?;
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    println!("fuzzed {target} for {seconds} s\n{}", said.trim_end());
+    if output.status.success() {
+        Ok(())
+    } else {
+        bail!("{} ended with {}", project::shown(&command), output.status)
+    }
 }

@@ -1,4 +1,4 @@
-//! Chores of the project: `cargo xtask demo`, `test`, `bench`, `simulate`, `chaos`, `fuzz`, `mutants`.
+//! Chores of the project: `cargo xtask demo`, `test`, `bench`, `simulate`, `chaos`, `soak`, `fuzz`, `mutants`.
 
 mod bench;
 mod chaos;
@@ -7,6 +7,7 @@ mod fuzz;
 mod mutants;
 mod project;
 mod simulate;
+mod soak;
 mod suites;
 mod tools;
 
@@ -33,6 +34,8 @@ enum Chore {
     Simulate(simulate::Args),
     /// Breaks real processes at random, and checks from outside that nothing else suffers.
     Chaos(chaos::Args),
+    /// Changes a large system all the time, and measures that nothing grows.
+    Soak(soak::Args),
     /// Fuzzes every parser and decoder.
     Fuzz(fuzz::Args),
     /// Breaks one rule after the other in a copy of the sources, and requires that a test notices.
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
         Chore::Bench(args) => bench::run(&args),
         Chore::Simulate(args) => simulate::run(&args),
         Chore::Chaos(args) => chaos::run(&args),
+        Chore::Soak(args) => soak::run(&args),
         Chore::Fuzz(args) => fuzz::run(&args),
         Chore::Mutants(args) => mutants::run(&args),
     };

@@ -87,7 +87,10 @@ fn from_pypi(name: &str, home: &Path) -> Result<()> {
 /// What the Python of the reference library needs.
 const REFERENCE: [&str; 3] = ["rtsprofile-aist==4.1.6", "pyyaml", "lxml"];
 
-/// A Python with the reference library for RTS Profiles: that of `RTSCTL_REFERENCE`, else one of our own in the target
+/// What has omniORB for Python. There are wheels for few machines.
+const OMNIORB: [&str; 2] = ["--only-binary=:all:", "jeteve-omniorb==4.3.3.post7"];
+
+/// A Python with the reference library for RTS Profiles, and omniORB if it can be had: that of `RTSCTL_REFERENCE`, else one of our own in the target
 /// folder. `None`, and said so, where PyPI cannot be reached.
 pub fn reference() -> Result<Option<PathBuf>> {
     if let Some(python) = std::env::var_os("RTSCTL_REFERENCE") {
@@ -95,19 +98,25 @@ pub fn reference() -> Result<Option<PathBuf>> {
     }
     let home = project::target().join("tools/reference");
     let python = home.join("bin/python");
-    let has_all = |python: &Path| {
-        let probe = ["-c", "import rtsprofile, yaml, lxml.etree"];
-        answers(project::command(python).args(probe))
+    let has = |modules: &str| {
+        let probe = format!("import {modules}");
+        answers(project::command(&python).args(["-c", &probe]))
     };
-    if has_all(&python) {
-        return Ok(Some(python));
+    let install = |what: &[&str]| {
+        let mut pip = project::command(home.join("bin/pip"));
+        pip.args(["install", "-q", "--retries", "1"]);
+        project::run(pip.args(what)).is_ok()
+    };
+    const LIBRARY: &str = "rtsprofile, yaml, lxml.etree";
+    if !has(LIBRARY) {
+        project::run(project::command("python3").args(["-m", "venv"]).arg(&home))?;
+        if !install(&REFERENCE) || !has(LIBRARY) {
+            println!("the reference library cannot be had from PyPI: its tests are SKIPPED");
+            return Ok(None);
+        }
     }
-    project::run(project::command("python3").args(["-m", "venv"]).arg(&home))?;
-    let mut pip = project::command(home.join("bin/pip"));
-    pip.args(["install", "-q", "--retries", "1"]);
-    if project::run(pip.args(REFERENCE)).is_err() || !has_all(&python) {
-        println!("the reference library cannot be had from PyPI: its tests are SKIPPED");
-        return Ok(None);
+    if !has("omniORB") && !install(&OMNIORB) {
+        println!("omniORB cannot be had from PyPI: its tests are SKIPPED");
     }
     Ok(Some(python))
 }

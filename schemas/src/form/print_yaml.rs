@@ -1,5 +1,8 @@
 //! YAML text that every reader of YAML 1.1 and 1.2 understands the same.
 
+/// Most characters of a key that has only its colon (YAML 1.2.2, 7.4 and 8.2.2: 1024, quotes included).
+const LONGEST_KEY: usize = 1024;
+
 /// A value to print.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Out {
@@ -41,7 +44,9 @@ fn print_flow(value: &Out, text: &mut String) {
             text.push('{');
             for (index, (key, value)) in entries.iter().enumerate() {
                 text.push_str(if index > 0 { ", " } else { "" });
-                scalar(key, text);
+                if print_key(key, text) {
+                    text.push(' ');
+                }
                 text.push_str(": ");
                 print_flow(value, text);
             }
@@ -52,7 +57,9 @@ fn print_flow(value: &Out, text: &mut String) {
 }
 
 fn entry(key: &str, value: &Out, indent: usize, text: &mut String) {
-    scalar(key, text);
+    if print_key(key, text) {
+        line(indent, text);
+    }
     text.push(':');
     match value {
         Out::Map(entries) if !entries.is_empty() => {
@@ -114,6 +121,17 @@ fn print_leaf(leaf: &Out, text: &mut String) {
     }
 }
 
+/// A key before its colon; true when it is one that begins with `?`, as YAML wants it of long ones.
+fn print_key(key: &str, text: &mut String) -> bool {
+    let begin = text.len();
+    scalar(key, text);
+    let is_long = text[begin..].chars().count() > LONGEST_KEY;
+    if is_long {
+        text.insert_str(begin, "? ");
+    }
+    is_long
+}
+
 fn scalar(value: &str, text: &mut String) {
     if is_plain(value) {
         text.push_str(value);
@@ -149,4 +167,34 @@ fn is_plain(value: &str) -> bool {
         .is_some_and(|b| b.is_ascii_alphabetic());
     let rest = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.' | b'/');
     first && value.bytes().all(rest) && !WORDS.contains(&value.to_ascii_lowercase().as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::yaml::parse_quietly;
+
+    #[test]
+    fn keys_of_any_length_are_read_back() {
+        let shape = |key: &str| {
+            let inner = Out::Map(vec![(key.to_owned(), Out::Text("v".to_owned()))]);
+            let list = Out::List(vec![inner.clone(), Out::List(vec![inner.clone()])]);
+            Out::Map(vec![
+                (key.to_owned(), inner),
+                (format!("{key}!"), list),
+                (format!("{key}?"), Out::Plain("1".to_owned())),
+            ])
+        };
+        for length in [1, 1021, 1022, 1023, 1024, 1025, 5000] {
+            for letter in ["a", "\"", "é", "\u{7}"] {
+                let key = letter.repeat(length);
+                let value = shape(&key);
+                for text in [document(&key, &value), flow(&value)] {
+                    let read = parse_quietly(&text).map(|node| format!("{node:?}"));
+                    let seen = read.map(|node| node.matches("\"v\"").count());
+                    assert_eq!(seen, Some(3), "{length} {letter}: {text}");
+                }
+            }
+        }
+    }
 }

@@ -1,17 +1,34 @@
-//! Data types of data ports and their encoding: CDR (XCDR1), little endian, without an encapsulation header.
+//! Data types of data ports and their encoding: CDR (XCDR1) without an encapsulation header.
+//!
+//! Ports send little endian; what arrives may have either order. docs/adr/0019-cdr.md says what CDR leaves open.
 
 mod generated;
+mod octets;
 mod timed;
+mod wide;
 
-use byteorder::LittleEndian;
+use byteorder::{BigEndian, LittleEndian};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 pub use generated::{Array, Nested, nested};
+pub use octets::octets;
 pub use timed::{
     Time, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong,
     TimedLongSeq, TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,
 };
+
+pub use wide::{WChar, WString};
+
+/// Order of the bytes of a number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Endian {
+    /// Least significant byte first.
+    #[default]
+    Little,
+    /// Most significant byte first.
+    Big,
+}
 
 /// A type that ports can carry: any serde type whose fields are in the order of its IDL struct.
 ///
@@ -24,29 +41,54 @@ pub use timed::{
 /// }
 /// ```
 ///
-/// Only what CDR knows can be encoded: no maps, no `Option`, no sequences of empty structs.
+/// Only what CDR knows can be encoded: no maps, no `Option`, no sequences of empty structs. How the types of IDL are
+/// written in Rust:
+///
+/// | IDL | Rust |
+/// |---|---|
+/// | `char` | `u8` (a Rust `char` has four bytes) |
+/// | `wchar`, `wstring` | [`WChar`], [`WString`] |
+/// | `sequence<T>` | `Vec<T>`; `sequence<octet>` with [`octets`] |
+/// | `T x[2][3]` | `[[T; 3]; 2]` |
+/// | `enum` | an enum without data, which is a `u32` |
+/// | `union` | a tuple of the discriminator and the member: not the enum that serde derives, whose discriminator is a `u32` |
 pub trait DataType: Serialize + DeserializeOwned + Send + 'static {
     /// IDL repository id (`IDL:RTC/TimedLong:1.0`).
     const TYPE_ID: &'static str;
 
-    /// Encodes into `buffer`, whose content is replaced and whose memory is reused.
+    /// Encodes into `buffer` with the least significant byte first, as ports do.
     fn encode(&self, buffer: &mut Vec<u8>) -> Result<(), DataError> {
+        self.encode_as(Endian::Little, buffer)
+    }
+
+    /// Encodes into `buffer`, whose content is replaced and whose memory is reused.
+    fn encode_as(&self, endian: Endian, buffer: &mut Vec<u8>) -> Result<(), DataError> {
         buffer.clear();
-        cdr_encoding::to_writer::<_, LittleEndian, _>(buffer, self).map_err(|source| {
-            DataError::Encode {
-                type_id: Self::TYPE_ID,
-                source,
-            }
+        match endian {
+            Endian::Little => cdr_encoding::to_writer::<_, LittleEndian, _>(buffer, self),
+            Endian::Big => cdr_encoding::to_writer::<_, BigEndian, _>(buffer, self),
+        }
+        .map_err(|source| DataError::Encode {
+            type_id: Self::TYPE_ID,
+            source,
         })
+    }
+
+    /// Decodes exactly one value whose least significant byte comes first.
+    fn decode(bytes: &[u8]) -> Result<Self, DataError> {
+        Self::decode_as(Endian::Little, bytes)
     }
 
     /// Decodes exactly one value.
     ///
     /// Memory is bounded by the input: the decoder grows a sequence with the elements that are really there and takes
     /// no hint from the length that the input claims.
-    fn decode(bytes: &[u8]) -> Result<Self, DataError> {
-        let (value, used) =
-            cdr_encoding::from_bytes::<Self, LittleEndian>(bytes).map_err(DataError::Decode)?;
+    fn decode_as(endian: Endian, bytes: &[u8]) -> Result<Self, DataError> {
+        let (value, used) = match endian {
+            Endian::Little => cdr_encoding::from_bytes::<Self, LittleEndian>(bytes),
+            Endian::Big => cdr_encoding::from_bytes::<Self, BigEndian>(bytes),
+        }
+        .map_err(DataError::Decode)?;
         match bytes.len() - used {
             0 => Ok(value),
             left => Err(DataError::Trailing(left)),

@@ -32,13 +32,14 @@ impl Time {
 }
 
 macro_rules! timed {
-    ($($name:ident: $data:ty, $idl:literal;)*) => {$(
+    ($($(#[$serde:meta])? $name:ident: $data:ty, $idl:literal;)*) => {$(
         #[doc = concat!("`RTC::", stringify!($name), "`: `Time tm; ", $idl, " data`.")]
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
         pub struct $name {
             /// When `data` was true.
             pub tm: Time,
             /// The value.
+            $(#[$serde])?
             pub data: $data,
         }
 
@@ -63,6 +64,7 @@ timed! {
     TimedFloat: f32, "float";
     TimedDouble: f64, "double";
     TimedString: String, "string";
+    #[serde(serialize_with = "super::octets")]
     TimedOctetSeq: Vec<u8>, "sequence<octet>";
     TimedShortSeq: Vec<i16>, "sequence<short>";
     TimedLongSeq: Vec<i32>, "sequence<long>";

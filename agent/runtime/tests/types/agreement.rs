@@ -1,0 +1,154 @@
+//! The codec of Rust types and that of IDL types, which omniORB judges, write the same bytes and read each other's.
+
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use rts_runtime::types::{self, DataType, WChar, WString, octets};
+use rts_schemas::cdr::{Endian, Value, encode};
+use rts_schemas::idl::model::*;
+use rts_schemas::idl::{read, standard};
+use rts_schemas::span::Span;
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+#[path = "../../../../schemas/src/cdr/tests/any.rs"]
+#[allow(dead_code)] // Types are not drawn here.
+mod any;
+
+/// Of a drawn value: the same bytes in both orders, and back.
+fn agrees<T: DataType>(unit: &Unit, choices: &[u8]) {
+    let r#type = Type::Named(unit.find(T::TYPE_ID).expect(T::TYPE_ID));
+    let mut choices = any::Choices {
+        bytes: choices,
+        plain: false,
+    };
+    let value = choices.value(unit, &r#type);
+    let orders = [
+        (Endian::Little, types::Endian::Little),
+        (Endian::Big, types::Endian::Big),
+    ];
+    for (theirs, ours) in orders {
+        let bytes = encode(unit, &r#type, &value, theirs).expect("a drawn value");
+        let sample = T::decode_as(ours, &bytes);
+        let sample = sample.unwrap_or_else(|error| panic!("{}: {error:?}: {value:?}", T::TYPE_ID));
+        let mut again = Vec::new();
+        sample.encode_as(ours, &mut again).expect("what was read");
+        assert_eq!(again, bytes, "{}: {value:?}", T::TYPE_ID);
+    }
+}
+
+/// The types of OpenRTM, and what they have not.
+const IDL: &str = "#include <rtm/idl/BasicDataType.idl>
+module Test {
+    enum Mode { OFF, ON, AUTO };
+    union Detail switch (short) { case 0: double speed; case 1: case 2: wstring reason; default: octet raw; };
+    struct Sample {
+        char letter; wchar wide; Mode state; short grid[2][3]; sequence<wchar> wides; Detail about;
+        sequence<octet> image; unsigned long long count; sequence<sequence<boolean> > flags;
+    };
+};";
+
+static UNIT: LazyLock<Unit> = LazyLock::new(|| {
+    let read = read("all.idl", IDL.as_bytes(), &standard());
+    read.expect("right IDL").unit
+});
+
+#[derive(Serialize, Deserialize)]
+enum Mode {
+    Off,
+    On,
+    Auto,
+}
+
+/// A union: the discriminator and the member, as a tuple.
+enum Detail {
+    Speed(f64),
+    Reason(i16, WString),
+    Raw(i16, u8),
+}
+
+impl Serialize for Detail {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(2)?;
+        match self {
+            Self::Speed(speed) => {
+                tuple.serialize_element(&0_i16)?;
+                tuple.serialize_element(speed)?;
+            }
+            Self::Reason(chosen, reason) => {
+                tuple.serialize_element(chosen)?;
+                tuple.serialize_element(reason)?;
+            }
+            Self::Raw(chosen, raw) => {
+                tuple.serialize_element(chosen)?;
+                tuple.serialize_element(raw)?;
+            }
+        }
+        tuple.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Detail {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Parts;
+        impl<'de> Visitor<'de> for Parts {
+            type Value = Detail;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a Detail")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Detail, A::Error> {
+                let missing = || A::Error::custom("a Detail ends too early");
+                let chosen: i16 = seq.next_element()?.ok_or_else(missing)?;
+                Ok(match chosen {
+                    0 => Detail::Speed(seq.next_element()?.ok_or_else(missing)?),
+                    1 | 2 => Detail::Reason(chosen, seq.next_element()?.ok_or_else(missing)?),
+                    _ => Detail::Raw(chosen, seq.next_element()?.ok_or_else(missing)?),
+                })
+            }
+        }
+        deserializer.deserialize_tuple(2, Parts)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Sample {
+    letter: u8,
+    wide: WChar,
+    state: Mode,
+    grid: [[i16; 3]; 2],
+    wides: Vec<WChar>,
+    about: Detail,
+    #[serde(serialize_with = "octets")]
+    image: Vec<u8>,
+    count: u64,
+    flags: Vec<Vec<bool>>,
+}
+
+impl DataType for Sample {
+    const TYPE_ID: &'static str = "IDL:Test/Sample:1.0";
+}
+
+fn choices() -> impl Strategy<Value = Vec<u8>> {
+    prop::collection::vec(0..=u8::MAX, 0..200)
+}
+
+proptest! {
+    #[test]
+    fn types_of_openrtm(choices in choices()) {
+        macro_rules! each {
+            ($($name:ident)*) => {$( agrees::<types::$name>(&UNIT, &choices); )*};
+        }
+        each! {
+            TimedBoolean TimedOctet TimedShort TimedLong TimedFloat TimedDouble TimedString TimedOctetSeq TimedShortSeq
+            TimedLongSeq TimedFloatSeq TimedDoubleSeq
+        }
+    }
+
+    #[test]
+    fn enums_unions_arrays_and_wide_texts(choices in choices()) {
+        agrees::<Sample>(&UNIT, &choices);
+    }
+}

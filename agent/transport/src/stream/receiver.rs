@@ -1,0 +1,130 @@
+//! The receiving end of frames.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{Read, Source};
+use crate::ends::Close;
+use crate::frame::{Decoder, Message};
+use crate::{Closer, Ended, Parting, Receiver, Sample};
+
+/// Receives samples as frames.
+#[derive(Debug)]
+pub struct StreamReceiver<S: Source> {
+    shared: Arc<Shared<S>>,
+    decoder: Decoder,
+    ended: Option<Ended>,
+}
+
+#[derive(Debug)]
+struct Shared<S> {
+    source: S,
+    closed: AtomicBool,
+}
+
+impl<S: Source> StreamReceiver<S> {
+    /// Over a source whose other end has agreed.
+    pub fn new(source: S) -> Self {
+        Self {
+            shared: Arc::new(Shared {
+                source,
+                closed: AtomicBool::new(false),
+            }),
+            decoder: Decoder::default(),
+            ended: None,
+        }
+    }
+
+    fn next(&mut self, patience: Option<Duration>) -> Result<Option<Sample>, Ended> {
+        if let Some(ended) = &self.ended {
+            return Err(ended.clone());
+        }
+        let outcome = self.read(patience);
+        if let Err(ended) = &outcome {
+            self.ended = Some(ended.clone());
+            self.shared.source.shut();
+        }
+        outcome
+    }
+
+    fn read(&mut self, patience: Option<Duration>) -> Result<Option<Sample>, Ended> {
+        let mut wait = patience;
+        // Most samples need no clock; the first look at it comes after the first wait.
+        let mut begun = None;
+        let mut left = |patience: Option<Duration>| {
+            let begun = begun.get_or_insert_with(Instant::now);
+            let left = patience?.saturating_sub(begun.elapsed());
+            (!left.is_zero()).then_some(left)
+        };
+        loop {
+            // A close of this side wins over all that is still there.
+            if self.shared.closed.load(Ordering::Acquire) {
+                return Err(Ended::Here);
+            }
+            match self.decoder.message().map_err(Ended::lost)? {
+                Some(Message::Sample(sample)) => return Ok(Some(sample)),
+                Some(Message::GoodBye) => return Err(Ended::GoodBye),
+                None => {}
+            }
+            let (space, limit) = self.decoder.space();
+            match self.shared.source.read(space, limit, wait) {
+                Ok(Read::Some) => {}
+                Ok(Read::Nothing) => match left(patience) {
+                    None => return Ok(None),
+                    left => wait = left,
+                },
+                Ok(Read::End) => return Err(self.judge_end()),
+                Err(error) => return Err(self.judge(Ended::lost(error))),
+            }
+        }
+    }
+
+    fn judge_end(&self) -> Ended {
+        self.judge(Ended::lost(if self.decoder.is_within() {
+            "it closed the connection within a sample"
+        } else {
+            "it closed the connection without a good-bye"
+        }))
+    }
+
+    fn judge(&self, ended: Ended) -> Ended {
+        if self.shared.closed.load(Ordering::Acquire) {
+            Ended::Here
+        } else {
+            ended
+        }
+    }
+}
+
+impl<S: Source> Receiver for StreamReceiver<S> {
+    fn try_take(&mut self) -> Result<Option<Sample>, Ended> {
+        self.next(None)
+    }
+
+    fn take(&mut self, patience: Duration) -> Result<Option<Sample>, Ended> {
+        self.next(Some(patience))
+    }
+
+    fn closer(&self) -> Closer {
+        Closer::new(Arc::clone(&self.shared) as Arc<dyn Close>)
+    }
+}
+
+impl<S: Source> Close for Shared<S> {
+    fn close(&self, parting: Parting) {
+        if self.closed.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        if parting == Parting::GoodBye {
+            self.source.say_good_bye();
+        }
+        self.source.shut();
+    }
+}
+
+impl<S: Source> Drop for StreamReceiver<S> {
+    fn drop(&mut self) {
+        self.shared.close(Parting::Loss);
+    }
+}

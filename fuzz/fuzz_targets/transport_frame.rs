@@ -1,0 +1,31 @@
+//! Any bytes as frames of a data connection, coming in any pieces.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rts_transport::frame::{Decoder, Malformed, Message};
+
+fuzz_target!(|input: (u16, &[u8])| {
+    let (piece, bytes) = input;
+    let whole = read(bytes, usize::MAX);
+    let pieces = read(bytes, usize::from(piece) + 1);
+    assert_eq!(whole, pieces);
+});
+
+/// All messages, and what ended them.
+fn read(mut bytes: &[u8], piece: usize) -> (Vec<Message>, Option<Malformed>) {
+    let (mut decoder, mut messages) = (Decoder::default(), Vec::new());
+    loop {
+        match decoder.message() {
+            Ok(Some(message)) => messages.push(message),
+            Err(malformed) => return (messages, Some(malformed)),
+            Ok(None) if bytes.is_empty() => return (messages, None),
+            Ok(None) => {
+                let (space, limit) = decoder.space();
+                let here = limit.min(piece).min(bytes.len());
+                assert!(here > 0 && here <= space.capacity() - space.len());
+                space.extend_from_slice(&bytes[..here]);
+                bytes = &bytes[here..];
+            }
+        }
+    }
+}
