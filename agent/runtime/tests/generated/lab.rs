@@ -1,3 +1,4 @@
+// Generated from IDL by rtsctl: change the IDL file, not this one.
 
 /// `ANSWER`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
@@ -6,7 +7,6 @@ pub const ANSWER: i32 = 42;
 /// `module Lab`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
 pub mod Lab {
-
     /// `Lab::Mode`.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
     #[serde(crate = "::rts_runtime::serde")]
@@ -83,6 +83,29 @@ pub mod Lab {
 
     impl ::rts_runtime::types::DataType for Reading {
         const TYPE_ID: &'static str = "IDL:Lab/Reading:1.0";
+    }
+
+    /// `Lab::SIGN`.
+    pub const SIGN: char = 'あ';
+
+    /// `Lab::Octets`.
+    pub type Octets = Vec<u8>;
+
+    /// `Lab::Wide`.
+    #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+    #[serde(crate = "::rts_runtime::serde")]
+    pub struct Wide {
+        pub letter: ::rts_runtime::types::WChar,
+        pub text: ::rts_runtime::types::WString,
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
+        pub raw: Octets,
+        /// At most 4 elements.
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
+        pub letters: Vec<u8>,
+    }
+
+    impl ::rts_runtime::types::DataType for Wide {
+        const TYPE_ID: &'static str = "IDL:Lab/Wide:1.0";
     }
 
     /// `Lab::Outer`.
@@ -427,7 +450,6 @@ pub mod Lab {
 
     /// `module Inner`.
     pub mod Inner {
-
         /// `Lab::Inner::String`.
         #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
         #[serde(crate = "::rts_runtime::serde")]
@@ -458,7 +480,6 @@ pub mod Lab {
 /// `module RTC`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
 pub mod RTC {
-
     /// `RTC::Point3D`.
     #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
     #[serde(crate = "::rts_runtime::serde")]
