@@ -8,6 +8,10 @@ impl Writer<'_> {
         let name = self.names.own(index);
         let r#type = match self.without_alias(&found.r#type) {
             Type::String { .. } | Type::WString { .. } => "&str".to_owned(),
+            Type::Primitive(Primitive::WChar) => {
+                let char = self.names.prelude("char", "::core::primitive::char");
+                char.to_owned()
+            }
             Type::Primitive(_) => self.r#type(self.without_alias(&found.r#type), index),
             _ => self.r#type(&found.r#type, index),
         };

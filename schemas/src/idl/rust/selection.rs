@@ -195,9 +195,7 @@ fn lacks(kind: &Kind, unit: &Unit) -> Option<String> {
 
 fn uncarried(r#type: &Type, unit: &Unit) -> Option<String> {
     let name = match r#type {
-        Type::Primitive(Primitive::WChar) => "`wchar`",
         Type::Primitive(Primitive::LongDouble) => "`long double`",
-        Type::WString { .. } => "`wstring`",
         Type::Any => "`any`",
         Type::Object => "`Object`",
         Type::Sequence { element, .. } | Type::Array { element, .. } => {

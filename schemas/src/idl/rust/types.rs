@@ -36,8 +36,9 @@ impl Writer<'_> {
                 Some(name) => format!("::rts_runtime::types::{name}"),
                 None => self.names.path(*index, from),
             },
-            // What these are in is left out, but for constants.
-            Type::WString { .. } | Type::Any | Type::Object => "()".to_owned(),
+            Type::WString { .. } => "::rts_runtime::types::WString".to_owned(),
+            // What these are in is left out.
+            Type::Any | Type::Object => "()".to_owned(),
         }
     }
 
@@ -46,7 +47,7 @@ impl Writer<'_> {
         let (name, path) = match primitive {
             Primitive::Boolean => ("bool", "::core::primitive::bool"),
             Primitive::Octet | Primitive::Char => ("u8", "::core::primitive::u8"),
-            Primitive::WChar => ("char", "::core::primitive::char"),
+            Primitive::WChar => return "::rts_runtime::types::WChar",
             Primitive::Short => ("i16", "::core::primitive::i16"),
             Primitive::UShort => ("u16", "::core::primitive::u16"),
             Primitive::Long => ("i32", "::core::primitive::i32"),
