@@ -60,6 +60,9 @@ pub use context::{Context, Level};
 pub use descriptor::Declaration;
 pub use error::{ReturnCode, RtcError, RtcResult};
 pub use ports::{InPort, OutPort};
+/// Types that are generated from IDL name it so.
+extern crate self as rts_runtime;
+
 /// For types that are generated from IDL.
 #[doc(hidden)]
 pub use serde;

@@ -1,7 +1,7 @@
 //! Types where they are used.
 
 use super::super::model::{Kind, Primitive, Type};
-use super::{Writer, selection};
+use super::Writer;
 
 /// Longest array that serde knows.
 const ARRAY: u32 = 32;
@@ -32,12 +32,13 @@ impl Writer<'_> {
                         false => format!("::rts_runtime::types::Array<{inner}, {count}>"),
                     })
             }
-            Type::Named(index) => match selection::known(&self.unit.definitions[*index]) {
+            Type::Named(index) => match self.selection.known(*index) {
                 Some(name) => format!("::rts_runtime::types::{name}"),
                 None => self.names.path(*index, from),
             },
-            // What these are in is left out, but for constants.
-            Type::WString { .. } | Type::Any | Type::Object => "()".to_owned(),
+            Type::WString { .. } => "::rts_runtime::types::WString".to_owned(),
+            // What these are in is left out.
+            Type::Any | Type::Object => "()".to_owned(),
         }
     }
 
@@ -46,7 +47,7 @@ impl Writer<'_> {
         let (name, path) = match primitive {
             Primitive::Boolean => ("bool", "::core::primitive::bool"),
             Primitive::Octet | Primitive::Char => ("u8", "::core::primitive::u8"),
-            Primitive::WChar => ("char", "::core::primitive::char"),
+            Primitive::WChar => return "::rts_runtime::types::WChar",
             Primitive::Short => ("i16", "::core::primitive::i16"),
             Primitive::UShort => ("u16", "::core::primitive::u16"),
             Primitive::Long => ("i32", "::core::primitive::i32"),
@@ -57,6 +58,16 @@ impl Writer<'_> {
             Primitive::Double | Primitive::LongDouble => ("f64", "::core::primitive::f64"),
         };
         self.names.prelude(name, path)
+    }
+
+    /// Whether it is a sequence of octets, which is written in one piece.
+    pub(super) fn is_octets(&self, r#type: &Type) -> bool {
+        match self.without_alias(r#type) {
+            Type::Sequence { element, .. } => {
+                *self.without_alias(element) == Type::Primitive(Primitive::Octet)
+            }
+            _ => false,
+        }
     }
 
     /// A type without its aliases.
