@@ -448,9 +448,9 @@ fn generated_rust_is_what_is_compiled() {
 #[test]
 fn generated_types_of_openrtm_are_those_of_the_runtime() {
     let include = |(name, _)| format!("#include <rtm/idl/{name}>\n");
-    let text: String = idl::Standard::files().map(include).collect();
+    let text: String = Standard::files().map(include).collect();
     let read = read("openrtm.idl", text.as_bytes(), &standard()).unwrap();
-    let files: Vec<String> = idl::Standard::files()
+    let files: Vec<String> = Standard::files()
         .map(|(name, _)| format!("rtm/idl/{name}"))
         .collect();
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
