@@ -260,7 +260,7 @@ async fn load(manager: &Manager, type_name: &str, path: String) -> Result<Module
         digest: None,
     };
     match manager.link.call(request, LIMIT).await.map_err(link)? {
-        ResponseBody::Module(module) => Ok(module),
+        ResponseBody::Module(module) => Ok(*module),
         _ => Err(link(manager.link.unexpected())),
     }
 }

@@ -8,7 +8,7 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
     diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, plan,
-    reset, schema, smoke, teardown, up, version,
+    reset, schema, smoke, teardown, tick, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -112,6 +112,7 @@ pub enum Command {
     Activate(activate::Args),
     Deactivate(deactivate::Args),
     Reset(reset::Args),
+    Tick(tick::Args),
     Conf(conf::Args),
     Connect(connect::Args),
     Disconnect(disconnect::Args),
@@ -194,6 +195,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Activate(args) => activate::run(&args, session).await,
         Command::Deactivate(args) => deactivate::run(&args, session).await,
         Command::Reset(args) => reset::run(&args, session).await,
+        Command::Tick(args) => tick::run(&args, session).await,
         Command::Conf(args) => conf::run(args, session).await,
         Command::Connect(args) => connect::run(args, session).await,
         Command::Disconnect(args) => disconnect::run(args, session).await,

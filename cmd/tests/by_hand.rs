@@ -272,3 +272,42 @@ fn a_component_that_refuses_is_5_and_can_be_reset() {
     stack.kill_agent();
     says(&stack, 4, &["deactivate", "F0"]);
 }
+
+#[test]
+fn a_component_that_is_driven_from_outside_runs_as_many_cycles_as_it_is_ticked() {
+    let stack = Stack::up();
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../manifests/hello/system.xml");
+    let text = std::fs::read_to_string(manifest).unwrap();
+    // The source is driven from outside, the filter by what the source sends.
+    let kinds = text.replacen("PERIODIC", "OTHER", 1);
+    let kinds = kinds.replacen("PERIODIC", "EVENT_DRIVEN", 1);
+    std::fs::write(stack.folder.path().join("driven.xml"), kinds).unwrap();
+    says(&stack, 0, &["apply", "driven.xml"]);
+    assert_eq!(object(&stack, "component", "Sine0")["status"]["executions"], 0);
+    prints(
+        &stack,
+        &["tick", "Sine0", "-n", "2", "--dry-run"],
+        "component/Sine0 would be ticked",
+    );
+    for _ in 0..2 {
+        prints(&stack, &["tick", "Sine0", "-n", "2"], "component/Sine0 ticked");
+    }
+    until(&stack, "component", "Sine0", |c| c["status"]["executions"] == 4);
+    until(&stack, "connector", "Sine0.out-Filter0.in", |c| {
+        c["status"]["samplesReceived"] == 4
+    });
+    until(&stack, "component", "Filter0", |c| {
+        (1..=4).contains(&c["status"]["executions"].as_u64().unwrap())
+    });
+    let (page, _) = says(&stack, 0, &["describe", "component", "Printer0"]);
+    for line in ["Execution time:", "Jitter:", "Overruns:"] {
+        assert!(page.contains(line), "{page}");
+    }
+    let (_, err) = says(&stack, 7, &["tick", "Filter0"]);
+    assert!(
+        err.contains("the execution context of Filter0 is event-driven"),
+        "{err}"
+    );
+    says(&stack, 0, &["deactivate", "Sine0"]);
+    says(&stack, 7, &["tick", "Sine0"]);
+}

@@ -123,7 +123,6 @@ pub async fn examine(
         faults.extend(found.missing.clone());
         let described = described(&placed, &candidate, found);
         faults.extend(describe::check(&candidate.spec, &described));
-        faults.extend(check::real_ones(&candidate.spec, &found.stand_ins));
     }
     refuse(faults)?;
     if let Some(stored) = &stored {

@@ -1,5 +1,7 @@
 //! Numbers for `/metrics`, in the Prometheus text format.
 
+pub mod connectors;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -13,7 +13,7 @@ pub use crate::form::Format;
 pub(crate) use lower::{
     CHOICES, NAME_KEY, TYPE_KEY, data_type_of, direction_of, escaped, execution_kind,
     is_pseudo_set, is_reversed, lower_any, normal_data_type, parse_rate, parse_timing, parse_whole,
-    places, type_name, unescaped, unused_name,
+    places, properties, type_name, unescaped, unused_name,
 };
 pub use lower::{LowerOptions, Places, lower};
 pub use write::{WriteOptions, sayable, write};

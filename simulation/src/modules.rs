@@ -86,6 +86,7 @@ impl SimModule {
             path: self.path(),
             ports: self.ports.clone(),
             parameters: self.parameters.clone(),
+            ..ModuleInfo::default()
         }
     }
 
@@ -103,6 +104,7 @@ impl SimModule {
         ModuleDescription {
             ports: self.ports.iter().map(port).collect(),
             parameters: self.parameters.clone(),
+            limits: BTreeMap::new(),
         }
     }
 }

@@ -11,7 +11,7 @@ use rts_plan::plan::{Step, StepId};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use self::act::{Act, ActRequest, Acted};
+pub use self::act::{Act, ActRequest, Acted, MAX_TICKS};
 pub use self::bind::{BindRequest, Bound};
 
 /// Who an agent is.
@@ -243,6 +243,21 @@ pub struct ModuleDescription {
     pub ports: Vec<PortObserved>,
     /// Parameters with their defaults.
     pub parameters: BTreeMap<String, String>,
+    /// Which values it allows, of parameters of which it says so.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub limits: BTreeMap<String, ParameterLimits>,
+}
+
+/// Which values a module allows, as an RTC Profile has it. What is empty is not said.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct ParameterLimits {
+    /// Type (`double`).
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub value_type: String,
+    /// Constraint (`0<=x<=10`).
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub constraint: String,
 }
 
 /// Loads a module by hand.

@@ -1,7 +1,7 @@
 //! A module for the tests of this crate, written against the bare C ABI so that it can misbehave.
 //!
 //! Each `on_execute` reads all samples of `in`, which must be rising numbers, and writes `produce` numbers to `out`.
-//! Parameters: `fail` names a callback that returns an error with the reason `reason`; `hang` names one that takes
+//! Parameters: `fail` names callbacks that return an error with the reason `reason`; `hang` names one that takes
 //! `hang_ms` milliseconds. `code` is refused unless it is a number: it is the return code of failures.
 
 #![allow(unsafe_code)]
@@ -9,9 +9,10 @@
 use std::ffi::c_void;
 use std::time::Duration;
 
+use rts_runtime::abi::port_status::{PORT_BUFFER_EMPTY, PORT_OK};
 use rts_runtime::abi::{
-    ABI_VERSION, Buffer, ENCODING_CDR_LE, Host, Module, NO_DATA, PORT_IN, PORT_OUT, Parameter,
-    Port, Text, callback, return_code,
+    ABI_VERSION, ACTIVITY_PERIODIC, ALL_ACTIONS, Buffer, ENCODING_CDR_LE, EXECUTION_PERIODIC, Host,
+    Module, PORT_IN, PORT_OUT, Parameter, Port, Text, callback, return_code,
 };
 
 const fn text(text: &'static str) -> Text {
@@ -23,16 +24,25 @@ const fn text(text: &'static str) -> Text {
 
 const fn port(name: &'static str, type_id: &'static str, direction: u32) -> Port {
     Port {
+        abi_version: ABI_VERSION,
+        size: size_of::<Port>() as u32,
         name: text(name),
         type_id: text(type_id),
         direction,
+        reserved: 0,
     }
 }
 
 const fn parameter(name: &'static str, default: &'static str) -> Parameter {
     Parameter {
+        abi_version: ABI_VERSION,
+        size: size_of::<Parameter>() as u32,
         name: text(name),
         default: text(default),
+        value_type: text(""),
+        unit: text(""),
+        constraint: text(""),
+        description: text(""),
     }
 }
 
@@ -63,11 +73,18 @@ static MODULE: Shared<Module> = Shared(Module {
     category: text("test"),
     version: text("1.0"),
     description: text("misbehaves on demand"),
+    idl: text(""),
     default_rate: 1000.0,
+    execution_kind: EXECUTION_PERIODIC,
+    activity_type: ACTIVITY_PERIODIC,
+    max_instances: 0,
+    actions: ALL_ACTIONS,
     ports: PORTS.0.as_ptr(),
     ports_len: 3,
     parameters: PARAMETERS.0.as_ptr(),
     parameters_len: 6,
+    services: std::ptr::null(),
+    services_len: 0,
     create,
     destroy,
     callback: call,
@@ -89,7 +106,7 @@ static INITIALISE: extern "C" fn() = initialise;
 /// The entry function of the ABI.
 // SAFETY: no other function of this name is linked.
 #[unsafe(no_mangle)]
-pub extern "C" fn rts_module_v0() -> *const Module {
+pub extern "C" fn rts_module_v1() -> *const Module {
     &raw const MODULE.0
 }
 
@@ -163,36 +180,37 @@ unsafe extern "C" fn call(instance: *mut c_void, number: u32) -> i32 {
     // SAFETY: made by `create`; one thread at a time.
     let component = unsafe { &mut *instance.cast::<Component>() };
     let name = match number {
-        callback::INITIALIZE => "on_initialize",
-        callback::FINALIZE => "on_finalize",
-        callback::STARTUP => "on_startup",
-        callback::SHUTDOWN => "on_shutdown",
-        callback::ERROR => "on_error",
-        callback::ACTIVATED => "on_activated",
-        callback::DEACTIVATED => "on_deactivated",
-        callback::ABORTING => "on_aborting",
-        callback::RESET => "on_reset",
-        callback::EXECUTE => "on_execute",
-        callback::STATE_UPDATE => "on_state_update",
-        callback::RATE_CHANGED => "on_rate_changed",
+        callback::ON_INITIALIZE => "on_initialize",
+        callback::ON_FINALIZE => "on_finalize",
+        callback::ON_STARTUP => "on_startup",
+        callback::ON_SHUTDOWN => "on_shutdown",
+        callback::ON_ERROR => "on_error",
+        callback::ON_ACTIVATED => "on_activated",
+        callback::ON_DEACTIVATED => "on_deactivated",
+        callback::ON_ABORTING => "on_aborting",
+        callback::ON_RESET => "on_reset",
+        callback::ON_EXECUTE => "on_execute",
+        callback::ON_STATE_UPDATE => "on_state_update",
+        callback::ON_RATE_CHANGED => "on_rate_changed",
+        callback::ON_CONFIGURED => "on_configured",
         _ => return return_code::UNSUPPORTED,
     };
     if !matches!(
         number,
-        callback::EXECUTE | callback::STATE_UPDATE | callback::ERROR
+        callback::ON_EXECUTE | callback::ON_STATE_UPDATE | callback::ON_ERROR
     ) {
         component.log(name);
     }
     if component.hang == name {
         std::thread::sleep(Duration::from_millis(component.hang_ms));
     }
-    if component.fail == name {
+    if component.fail.split(',').any(|callback| callback == name) {
         if !component.reason.is_empty() {
             component.say_why(&component.reason);
         }
         return component.code;
     }
-    if number == callback::EXECUTE && !component.execute() {
+    if number == callback::ON_EXECUTE && !component.execute() {
         return return_code::ERROR;
     }
     return_code::OK
@@ -215,20 +233,13 @@ impl Component {
     }
 
     fn read(&self) -> Option<u64> {
-        let mut sample = Buffer {
-            type_id: text(""),
-            encoding: 0,
-            data: std::ptr::null(),
-            len: 0,
-        };
+        let mut sample = buffer("", &[]);
         // SAFETY: the host outlives the instance; the sample is borrowed until the next read.
         unsafe {
             let host = &*self.host;
             match (host.read)(host.context, 0, &raw mut sample) {
-                NO_DATA => None,
-                return_code::OK if sample.len == 8 => {
-                    Some(sample.data.cast::<u64>().read_unaligned())
-                }
+                PORT_BUFFER_EMPTY => None,
+                PORT_OK if sample.len == 8 => Some(sample.data.cast::<u64>().read_unaligned()),
                 other => panic!("read returned {other} with {} bytes", sample.len),
             }
         }
@@ -236,18 +247,13 @@ impl Component {
 
     fn write(&self, number: u64) {
         let bytes = number.to_ne_bytes();
-        let sample = Buffer {
-            type_id: text(NUMBER),
-            encoding: ENCODING_CDR_LE,
-            data: bytes.as_ptr(),
-            len: bytes.len(),
-        };
+        let sample = buffer(NUMBER, &bytes);
         // SAFETY: the host outlives the instance; the sample is copied.
         let code = unsafe {
             let host = &*self.host;
             (host.write)(host.context, 1, &raw const sample)
         };
-        assert_eq!(code, return_code::OK, "write");
+        assert_eq!(code, PORT_OK, "write");
     }
 
     fn log(&self, message: &str) {
@@ -264,6 +270,18 @@ impl Component {
             let host = &*self.host;
             (host.fail)(host.context, lend(reason));
         }
+    }
+}
+
+fn buffer(type_id: &str, bytes: &[u8]) -> Buffer {
+    Buffer {
+        abi_version: ABI_VERSION,
+        size: size_of::<Buffer>() as u32,
+        type_id: lend(type_id),
+        encoding: ENCODING_CDR_LE,
+        reserved: 0,
+        data: bytes.as_ptr(),
+        len: bytes.len(),
     }
 }
 

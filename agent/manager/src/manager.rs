@@ -143,6 +143,16 @@ impl Manager {
                 "there are {MAX_COMPONENTS} components already"
             )));
         }
+        let module = &component.module;
+        let most = module.max_instances as usize;
+        let of_type = |other: &&Arc<Component>| Arc::ptr_eq(&other.module, module);
+        if most > 0 && components.values().filter(of_type).count() >= most {
+            return Err(conflict(format!(
+                "the type {} allows {most} instances in one process, and the manager {} has as many; place `{name}` in \
+                 another manager",
+                module.type_name, self.hello.name
+            )));
+        }
         components.insert(name.clone(), Arc::clone(component));
         Ok(())
     }

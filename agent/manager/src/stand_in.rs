@@ -48,14 +48,14 @@ impl StandIn {
     /// What a module's callback would do. The error is the reason.
     pub fn callback(&mut self, component: &Component, number: u32) -> Result<(), String> {
         match number {
-            callback::INITIALIZE => self.initialize(component),
-            callback::ACTIVATED => {
+            callback::ON_INITIALIZE => self.initialize(component),
+            callback::ON_ACTIVATED => {
                 self.activated = Some(Instant::now());
                 self.cycle = 0;
                 self.fails_in("activate")
             }
-            callback::EXECUTE => self.execute(component),
-            callback::DEACTIVATED | callback::ABORTING => {
+            callback::ON_EXECUTE => self.execute(component),
+            callback::ON_DEACTIVATED | callback::ON_ABORTING => {
                 self.tell(component);
                 Ok(())
             }
@@ -86,7 +86,7 @@ impl StandIn {
             match port {
                 PortEnd::In(port) => {
                     let reader = self.readers.entry(index).or_default();
-                    while let Some(payload) = port.read() {
+                    while let Some(payload) = port.read().sample() {
                         if let Err(problem) = reader.take(&port.data_type, &payload) {
                             let line = format!("port {}: {problem}", port.name);
                             component.log.write(Level::Warn, &line);

@@ -1,5 +1,9 @@
 //! Components in a real manager process: life cycle, configuration, failures, hangs.
 
+#[path = "components/execution.rs"]
+mod execution;
+#[path = "components/failures.rs"]
+mod failures;
 mod support;
 
 use std::collections::BTreeMap;

@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeMap;
 use std::os::unix::net::UnixStream;
 
 use rts_manager_api::PROTOCOL_VERSION;
@@ -320,6 +321,8 @@ fn greet(
         data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         encoding: "cdr-le".to_owned(),
         good_bye: true,
+        properties: BTreeMap::new(),
+        stamped: false,
     };
     change(&mut hello);
     let mut stream = target.connect();
@@ -534,4 +537,78 @@ fn a_stand_in_fails_and_crashes_when_it_is_told_to() {
             .log("C")
             .contains("crashes 100 ms after its activation")
     );
+}
+
+fn with(request: &ConnectRequest, properties: &[(&str, &str)]) -> RequestBody {
+    let own = |(name, value): &(&str, &str)| (format!("dataport.{name}"), (*value).to_owned());
+    RequestBody::Connect(ConnectRequest {
+        properties: properties.iter().map(own).collect(),
+        ..request.clone()
+    })
+}
+
+#[test]
+fn connectors_go_by_their_properties_inside_a_process_and_between_two() {
+    let (left, right) = (start("left"), start("right"));
+    let (mut l, mut r) = (left.client(), right.client());
+    left.create("A", &[("produce", "1")]);
+    // Of A's connector to it, whether it is in A's manager or in the other.
+    let (near, far) = (left.create("B", &[]), right.create("B", &[]));
+    ok(&mut r, binding(C, "B", "in", "A.out"));
+    ok(&mut l, activate("B"));
+    ok(&mut r, activate("B"));
+    let requests = [
+        connection("A", "B", &near, None),
+        connection("A", "B", &far, Some(&right.socket())),
+    ];
+    let rate = ("publisher.push_rate", "500");
+    let all = ("publisher.push_policy", "all");
+    for request in &requests {
+        let other = if request.target_socket.is_some() {
+            &mut r
+        } else {
+            &mut left.client()
+        };
+        for properties in [
+            &[("subscription_type", "flush")][..],
+            &[("subscription_type", "new"), all],
+            &[("subscription_type", "periodic"), rate, all],
+            &[("dataflow_type", "pull")],
+        ] {
+            ok(&mut l, with(request, properties));
+            ok(&mut l, activate("A"));
+            until("samples flow", || bound(other).samples_received >= 20);
+            ok(&mut l, deactivate("A"));
+            until("all is read", || {
+                bound(other).samples_received == connector(&mut l).samples_sent
+            });
+            let (sent, received) = (connector(&mut l), bound(other));
+            let what = format!("{properties:?}: {sent:?} {received:?}");
+            assert_eq!(
+                (sent.drops, received.drops, received.gaps),
+                (0, 0, 0),
+                "{what}"
+            );
+            assert_eq!(
+                received.latency.unwrap().count,
+                received.samples_received,
+                "{what}"
+            );
+        }
+        // What is wrong is refused by its name, and the connector stays as it is.
+        let wrong = with(request, &[("inport.buffer.length", "0")]);
+        let refusal = refused(&mut l, wrong, SOON).message;
+        let said = "`dataport.inport.buffer.length`: `0` is no length of a buffer; write a whole number from 1 to 65536";
+        assert_eq!(refusal, said);
+        let still = connector(&mut l);
+        assert_eq!(still.state, "Connected");
+        assert_eq!(still.properties["dataport.dataflow_type"], "pull");
+    }
+    let across = with(&requests[1], &[("interface_type", "direct")]);
+    let refusal = refused(&mut l, across, SOON).message;
+    assert!(
+        refusal.contains("needs both components in one process"),
+        "{refusal}"
+    );
+    assert_eq!(component(&mut l, "A").state, "Inactive");
 }

@@ -1,5 +1,7 @@
 //! Modules in a real manager process: those that hang in dlopen, and those that change on disk.
 
+#[path = "modules/in_c.rs"]
+mod in_c;
 mod support;
 
 use std::time::{Duration, Instant};

@@ -221,13 +221,24 @@ fn data_flows_to_a_manager_of_then_and_its_end_is_a_loss() {
     let socket = home.path().join("control.sock");
     let listener = UnixListener::bind(&socket).unwrap();
     let peer = std::thread::spawn(move || {
-        let (mut stream, _) = listener.accept().unwrap();
-        let greeting: Value = frame::read(&mut stream).unwrap();
-        let reply: Value = serde_json::from_str(r#"{"result":{"Ok":null}}"#).unwrap();
-        frame::write_answer(&mut stream, &reply).unwrap();
-        (stream, greeting)
+        let greeted = || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let greeting: Value = frame::read(&mut stream).unwrap();
+            let reply: Value = serde_json::from_str(r#"{"result":{"Ok":null}}"#).unwrap();
+            frame::write_answer(&mut stream, &reply).unwrap();
+            (stream, greeting)
+        };
+        // A puller is not connected to it.
+        drop(greeted());
+        greeted()
     });
     let request = connection("A", "B", "i", Some(&socket));
+    let pull = ConnectRequest {
+        properties: [("dataport.dataflow_type".to_owned(), "pull".to_owned())].into(),
+        ..request.clone()
+    };
+    let refusal = refused(&mut client, RequestBody::Connect(pull), SOON).message;
+    assert!(refusal.contains("cannot fetch samples"), "{refusal}");
     ok(&mut client, RequestBody::Connect(request));
     ok(&mut client, activate("A"));
     let (stream, greeting) = peer.join().unwrap();

@@ -14,10 +14,16 @@ pub trait ParameterValue: Clone + Send + 'static {
 
     /// Writes a value, such that `parse` reads it.
     fn text(&self) -> String;
+
+    /// Name of the type in an RTC Profile, so that a wrong value is refused before anything starts; empty when it has
+    /// none, and `parse` alone decides.
+    fn type_name() -> String {
+        String::new()
+    }
 }
 
 macro_rules! numbers {
-    ($($number:ty: $expected:literal),* $(,)?) => {$(
+    ($($number:ty: $name:literal, $expected:literal;)*) => {$(
         impl ParameterValue for $number {
             fn expected() -> String {
                 $expected.into()
@@ -31,20 +37,24 @@ macro_rules! numbers {
             fn text(&self) -> String {
                 format!("{self:?}")
             }
+
+            fn type_name() -> String {
+                $name.into()
+            }
         }
     )*};
 }
 
 numbers! {
-    u8: "an integer from 0 to 255",
-    i16: "a 16-bit integer",
-    i32: "a 32-bit integer",
-    i64: "a 64-bit integer",
-    u16: "a 16-bit unsigned integer",
-    u32: "a 32-bit unsigned integer",
-    u64: "a 64-bit unsigned integer",
-    f32: "a number",
-    f64: "a number",
+    u8: "uint8_t", "an integer from 0 to 255";
+    i16: "short", "a 16-bit integer";
+    i32: "int", "a 32-bit integer";
+    i64: "long", "a 64-bit integer";
+    u16: "unsigned short", "a 16-bit unsigned integer";
+    u32: "unsigned int", "a 32-bit unsigned integer";
+    u64: "unsigned long", "a 64-bit unsigned integer";
+    f32: "float", "a number";
+    f64: "double", "a number";
 }
 
 impl ParameterValue for bool {
@@ -63,6 +73,10 @@ impl ParameterValue for bool {
     fn text(&self) -> String {
         self.to_string()
     }
+
+    fn type_name() -> String {
+        "bool".into()
+    }
 }
 
 impl ParameterValue for String {
@@ -76,6 +90,10 @@ impl ParameterValue for String {
 
     fn text(&self) -> String {
         self.clone()
+    }
+
+    fn type_name() -> String {
+        "string".into()
     }
 }
 
@@ -95,6 +113,13 @@ impl<T: ParameterValue> ParameterValue for Vec<T> {
     fn text(&self) -> String {
         let items: Vec<_> = self.iter().map(T::text).collect();
         items.join(",")
+    }
+
+    fn type_name() -> String {
+        match T::type_name() {
+            item if item.is_empty() => item,
+            item => format!("std::vector<{item}>"),
+        }
     }
 }
 
@@ -137,6 +162,16 @@ struct Slot<T> {
     value: T,
     changed: bool,
     check: Option<Check<T>>,
+    facts: Facts,
+}
+
+/// What a module tells of a parameter beside its name and default.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Facts {
+    pub(crate) value_type: String,
+    pub(crate) unit: &'static str,
+    pub(crate) constraint: &'static str,
+    pub(crate) description: &'static str,
 }
 
 /// A parameter of the component. Made by [`Declaration::parameter`](crate::Declaration::parameter).
@@ -153,6 +188,10 @@ impl<T: ParameterValue> Config<T> {
             value: default,
             changed: false,
             check: None,
+            facts: Facts {
+                value_type: T::type_name(),
+                ..Facts::default()
+            },
         };
         Self {
             name,
@@ -172,6 +211,28 @@ impl<T: ParameterValue> Config<T> {
     #[must_use]
     pub fn check(self, check: impl Fn(&T) -> Result<(), String> + Send + 'static) -> Self {
         self.lock().check = Some(Box::new(check));
+        self
+    }
+
+    /// Says which values are allowed, as an RTC Profile does: `0<=x<=10`, `x>0`, `(slow,fast)`. Managers refuse others
+    /// before anything starts, and the module when its default is none of them.
+    #[must_use]
+    pub fn constraint(self, constraint: &'static str) -> Self {
+        self.lock().facts.constraint = constraint;
+        self
+    }
+
+    /// Says the unit (`m/s`), for people.
+    #[must_use]
+    pub fn unit(self, unit: &'static str) -> Self {
+        self.lock().facts.unit = unit;
+        self
+    }
+
+    /// Says in a line what it is for.
+    #[must_use]
+    pub fn description(self, line: &'static str) -> Self {
+        self.lock().facts.description = line;
         self
     }
 
@@ -205,6 +266,8 @@ impl<T: ParameterValue + Debug> Debug for Config<T> {
 /// A parameter of any type that can be set from text.
 pub(crate) trait Assign: Send {
     fn assign(&self, text: &str) -> Result<(), ParameterError>;
+
+    fn facts(&self) -> Facts;
 }
 
 impl<T: ParameterValue> Assign for Config<T> {
@@ -225,6 +288,10 @@ impl<T: ParameterValue> Assign for Config<T> {
         slot.value = value;
         slot.changed = true;
         Ok(())
+    }
+
+    fn facts(&self) -> Facts {
+        self.lock().facts.clone()
     }
 }
 

@@ -3,8 +3,11 @@
 #![allow(unsafe_code)]
 
 use std::fmt::Display;
+use std::ptr;
 
 use crate::abi::{self, Buffer, Host};
+use crate::loan::Loan;
+use crate::port_status::{PortStatus, refused};
 use crate::types::DataError;
 use crate::{ReturnCode, RtcError, RtcResult, text};
 
@@ -27,11 +30,13 @@ pub enum Level {
 #[derive(Debug)]
 pub struct Context<'h> {
     host: &'h Host,
+    /// Callbacks that were left to their default.
+    defaults: u32,
 }
 
 impl<'h> Context<'h> {
     pub(crate) fn new(host: &'h Host) -> Self {
-        Self { host }
+        Self { host, defaults: 0 }
     }
 
     /// Writes a line to the component's log.
@@ -72,19 +77,83 @@ impl<'h> Context<'h> {
         unsafe { (self.host.fail)(self.host.context, text::lend(reason)) }
     }
 
+    /// A callback was left to its default, which does nothing.
+    pub(crate) fn not_implemented(&mut self, callback: u32) {
+        self.defaults |= 1 << callback;
+    }
+
+    /// Whether the callback that ran is its default.
+    pub(crate) fn is_default(&self, callback: u32) -> bool {
+        callback < u32::BITS && self.defaults & 1 << callback != 0
+    }
+
+    /// Nanoseconds since 1970-01-01 UTC, by the manager's clock.
+    pub fn now(&self) -> i64 {
+        // SAFETY: the host's own context is passed back to it.
+        unsafe { (self.host.now)(self.host.context, abi::CLOCK_REALTIME) }
+    }
+
+    /// Nanoseconds of a clock that never goes back.
+    pub fn monotonic(&self) -> i64 {
+        // SAFETY: as in `now`.
+        unsafe { (self.host.now)(self.host.context, abi::CLOCK_MONOTONIC) }
+    }
+
+    /// Rate in Hz of the execution context that runs this component.
+    pub fn rate(&self) -> f64 {
+        // SAFETY: as in `now`.
+        unsafe { (self.host.rate)(self.host.context) }
+    }
+
+    /// Asks an event-driven execution context for another cycle after this callback.
+    pub fn wake(&self) -> RtcResult {
+        // SAFETY: as in `now`.
+        match unsafe { (self.host.wake)(self.host.context) } {
+            abi::return_code::OK => Ok(()),
+            code => Err(RtcError::new(
+                ReturnCode::from_number(code),
+                "the execution context cannot be woken: it is not event-driven",
+            )),
+        }
+    }
+
+    /// Whether an in-port has a sample.
+    pub(crate) fn is_new(&self, port: u32) -> bool {
+        // SAFETY: as in `now`.
+        unsafe { (self.host.is_new)(self.host.context, port) != 0 }
+    }
+
     /// Hands a sample to an out-port.
-    pub(crate) fn write(&mut self, port: u32, type_id: &str, bytes: &[u8]) -> RtcResult {
+    pub(crate) fn write(
+        &mut self,
+        port: u32,
+        type_id: &str,
+        bytes: &[u8],
+    ) -> RtcResult<PortStatus> {
         let sample = Buffer {
-            type_id: text::lend(type_id),
-            encoding: abi::ENCODING_CDR_LE,
             data: bytes.as_ptr(),
             len: bytes.len(),
+            ..buffer(type_id, abi::ENCODING_CDR_LE)
         };
         // SAFETY: the host copies the sample before it returns.
         let code = unsafe { (self.host.write)(self.host.context, port, &raw const sample) };
+        PortStatus::of("write", code)
+    }
+
+    /// Borrows memory of the host for a sample of an out-port.
+    pub(crate) fn loan(&mut self, port: u32, len: usize) -> RtcResult<Loan<'_>> {
+        let mut loan = abi::Loan {
+            abi_version: abi::ABI_VERSION,
+            size: size_of::<abi::Loan>() as u32,
+            token: 0,
+            data: ptr::null_mut(),
+            len: 0,
+        };
+        // SAFETY: `loan` is valid for writing.
+        let code = unsafe { (self.host.loan)(self.host.context, port, len, &raw mut loan) };
         match code {
-            abi::return_code::OK => Ok(()),
-            code => Err(refused("write", code)),
+            abi::port_status::PORT_OK => Ok(Loan::new(self.host, loan)),
+            code => Err(refused("lend memory", code)),
         }
     }
 
@@ -95,18 +164,12 @@ impl<'h> Context<'h> {
         type_id: &str,
         decode: impl FnOnce(&[u8]) -> Result<T, DataError>,
     ) -> RtcResult<Option<T>> {
-        let mut sample = Buffer {
-            type_id: text::lend(""),
-            encoding: 0,
-            data: std::ptr::null(),
-            len: 0,
-        };
+        let mut sample = buffer("", 0);
         // SAFETY: `sample` is valid for writing.
         let code = unsafe { (self.host.read)(self.host.context, port, &raw mut sample) };
         match code {
-            abi::return_code::OK => {}
-            abi::NO_DATA => return Ok(None),
-            code => return Err(refused("read", code)),
+            abi::port_status::PORT_OK => {}
+            code => return PortStatus::of("read", code).map(|_| None),
         }
         // SAFETY: on OK the host lends the sample until the next read of this port, which cannot happen before
         // `decode` returns, as it has no access to this context.
@@ -136,7 +199,15 @@ unsafe fn bytes(sample: &Buffer) -> &[u8] {
     unsafe { std::slice::from_raw_parts(sample.data, sample.len) }
 }
 
-fn refused(what: &str, code: i32) -> RtcError {
-    let code = ReturnCode::from_number(code);
-    RtcError::new(code, format_args!("the manager refused to {what}: {code}"))
+/// A sample without bytes.
+fn buffer(type_id: &str, encoding: u32) -> Buffer {
+    Buffer {
+        abi_version: abi::ABI_VERSION,
+        size: size_of::<Buffer>() as u32,
+        type_id: text::lend(type_id),
+        encoding,
+        reserved: 0,
+        data: ptr::null(),
+        len: 0,
+    }
 }

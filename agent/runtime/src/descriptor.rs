@@ -1,6 +1,7 @@
 //! From a component's declaration to the static descriptor of its module.
 
 use std::collections::BTreeSet;
+use std::ptr;
 
 use crate::abi::{self, Module};
 use crate::component::Component;
@@ -110,25 +111,8 @@ pub(crate) fn describe<C: Component>() -> &'static Module {
         declaration
     })
     .unwrap_or_default();
-    let ports: &'static [abi::Port] = declaration
-        .ports
-        .iter()
-        .map(|port| abi::Port {
-            name: lend(port.name),
-            type_id: lend(port.type_id),
-            direction: port.direction,
-        })
-        .collect::<Vec<_>>()
-        .leak();
-    let parameters: &'static [abi::Parameter] = declaration
-        .parameters
-        .into_iter()
-        .map(|parameter| abi::Parameter {
-            name: lend(parameter.name),
-            default: lend(parameter.default.leak()),
-        })
-        .collect::<Vec<_>>()
-        .leak();
+    let ports: &'static [abi::Port] = list(&declaration.ports, port);
+    let parameters: &'static [abi::Parameter] = list(&declaration.parameters, parameter);
     Box::leak(Box::new(Module {
         abi_version: abi::ABI_VERSION,
         size: size_of::<Module>() as u32,
@@ -137,16 +121,53 @@ pub(crate) fn describe<C: Component>() -> &'static Module {
         category: lend(C::TYPE.category),
         version: lend(C::TYPE.version),
         description: lend(C::TYPE.description),
+        idl: lend(""),
         default_rate: C::TYPE.rate,
+        execution_kind: C::EXECUTION.number(),
+        activity_type: C::EXECUTION.activity(),
+        max_instances: C::MAX_INSTANCES,
+        // Those that are left to their default say so when they are called for the first time.
+        actions: abi::ALL_ACTIONS,
         ports: ports.as_ptr(),
         ports_len: ports.len(),
         parameters: parameters.as_ptr(),
         parameters_len: parameters.len(),
+        services: ptr::null(),
+        services_len: 0,
         create: export::create::<C>,
         destroy: export::destroy::<C>,
         callback: export::callback::<C>,
         configure: export::configure::<C>,
     }))
+}
+
+fn list<T, U>(items: &[T], item: impl Fn(&T) -> U) -> &'static [U] {
+    items.iter().map(item).collect::<Vec<_>>().leak()
+}
+
+fn port(port: &PortDeclaration) -> abi::Port {
+    abi::Port {
+        abi_version: abi::ABI_VERSION,
+        size: size_of::<abi::Port>() as u32,
+        name: lend(port.name),
+        type_id: lend(port.type_id),
+        direction: port.direction,
+        reserved: 0,
+    }
+}
+
+fn parameter(parameter: &ParameterDeclaration) -> abi::Parameter {
+    let facts = parameter.target.facts();
+    abi::Parameter {
+        abi_version: abi::ABI_VERSION,
+        size: size_of::<abi::Parameter>() as u32,
+        name: lend(parameter.name),
+        default: lend(parameter.default.clone().leak()),
+        value_type: lend(facts.value_type.leak()),
+        unit: lend(facts.unit),
+        constraint: lend(facts.constraint),
+        description: lend(facts.description),
+    }
 }
 
 #[cfg(test)]

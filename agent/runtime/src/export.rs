@@ -22,7 +22,7 @@ macro_rules! export {
             static MODULE: $crate::export::ModuleCell = $crate::export::ModuleCell::new();
 
             #[unsafe(no_mangle)]
-            extern "C" fn rts_module_v0() -> *const $crate::abi::Module {
+            extern "C" fn rts_module_v1() -> *const $crate::abi::Module {
                 MODULE.get::<$component>()
             }
         };
@@ -143,9 +143,14 @@ pub(crate) unsafe extern "C" fn callback<C: Component>(
         let host = &*instance.host;
         (instance, host)
     };
-    code(guard(host, |ctx| {
-        dispatch(&mut instance.component, callback, ctx)
-    }))
+    let called = guard(host, |ctx| {
+        dispatch(&mut instance.component, callback, ctx)?;
+        Ok(ctx.is_default(callback))
+    });
+    match called {
+        Ok(true) => return_code::NOT_IMPLEMENTED,
+        called => code(called),
+    }
 }
 
 /// Sets a parameter.
@@ -177,18 +182,19 @@ pub(crate) unsafe extern "C" fn configure<C: Component>(
 
 fn dispatch<C: Component>(component: &mut C, callback: u32, ctx: &mut Context<'_>) -> RtcResult {
     match callback {
-        abi::callback::INITIALIZE => component.on_initialize(ctx),
-        abi::callback::FINALIZE => component.on_finalize(ctx),
-        abi::callback::STARTUP => component.on_startup(ctx),
-        abi::callback::SHUTDOWN => component.on_shutdown(ctx),
-        abi::callback::ACTIVATED => component.on_activated(ctx),
-        abi::callback::DEACTIVATED => component.on_deactivated(ctx),
-        abi::callback::ABORTING => component.on_aborting(ctx),
-        abi::callback::ERROR => component.on_error(ctx),
-        abi::callback::RESET => component.on_reset(ctx),
-        abi::callback::EXECUTE => component.on_execute(ctx),
-        abi::callback::STATE_UPDATE => component.on_state_update(ctx),
-        abi::callback::RATE_CHANGED => component.on_rate_changed(ctx),
+        abi::callback::ON_INITIALIZE => component.on_initialize(ctx),
+        abi::callback::ON_FINALIZE => component.on_finalize(ctx),
+        abi::callback::ON_STARTUP => component.on_startup(ctx),
+        abi::callback::ON_SHUTDOWN => component.on_shutdown(ctx),
+        abi::callback::ON_ACTIVATED => component.on_activated(ctx),
+        abi::callback::ON_DEACTIVATED => component.on_deactivated(ctx),
+        abi::callback::ON_ABORTING => component.on_aborting(ctx),
+        abi::callback::ON_ERROR => component.on_error(ctx),
+        abi::callback::ON_RESET => component.on_reset(ctx),
+        abi::callback::ON_EXECUTE => component.on_execute(ctx),
+        abi::callback::ON_STATE_UPDATE => component.on_state_update(ctx),
+        abi::callback::ON_RATE_CHANGED => component.on_rate_changed(ctx),
+        abi::callback::ON_CONFIGURED => component.on_configured(ctx),
         other => Err(RtcError::new(
             ReturnCode::Unsupported,
             format_args!("this module knows no callback {other}"),
@@ -196,7 +202,7 @@ fn dispatch<C: Component>(component: &mut C, callback: u32, ctx: &mut Context<'_
     }
 }
 
-fn code(result: Result<(), i32>) -> i32 {
+fn code<T>(result: Result<T, i32>) -> i32 {
     result.err().unwrap_or(return_code::OK)
 }
 

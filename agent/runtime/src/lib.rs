@@ -49,16 +49,20 @@ mod descriptor;
 mod error;
 #[doc(hidden)]
 pub mod export;
+mod loan;
+mod port_status;
 mod ports;
 pub mod testing;
 mod text;
 pub mod types;
 
-pub use component::{Component, TypeInfo};
+pub use component::{Component, ExecutionKind, TypeInfo};
 pub use configuration::{Config, ParameterError, ParameterValue};
 pub use context::{Context, Level};
 pub use descriptor::Declaration;
 pub use error::{ReturnCode, RtcError, RtcResult};
+pub use loan::Loan;
+pub use port_status::PortStatus;
 pub use ports::{InPort, OutPort};
 /// Types that are generated from IDL name it so.
 extern crate self as rts_runtime;

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use crate::types::DataType;
-use crate::{Context, RtcResult};
+use crate::{Context, Loan, PortStatus, RtcResult};
 
 /// An in-port. Made by [`Declaration::in_port`](crate::Declaration::in_port).
 #[derive(Debug)]
@@ -22,13 +22,18 @@ impl<T: DataType> InPort<T> {
         }
     }
 
-    /// Takes the oldest sample; `None` when there is none. Never waits.
+    /// Takes the oldest sample; `None` when there is none. Waits only where a connector says so, and once a callback.
     ///
     /// A callback sees what had arrived when it began, and the queues are bounded, so
     /// `while let Some(s) = port.read(ctx)?` ends, however fast the producers are.
     pub fn read(&mut self, ctx: &mut Context<'_>) -> RtcResult<Option<T>> {
         ctx.read(self.index, T::TYPE_ID, T::decode)
             .map_err(|error| error.context(format_args!("in-port `{}`", self.name)))
+    }
+
+    /// Whether `read` would give a sample.
+    pub fn is_new(&self, ctx: &Context<'_>) -> bool {
+        ctx.is_new(self.index)
     }
 
     /// Takes all samples and keeps the newest.
@@ -60,10 +65,18 @@ impl<T: DataType> OutPort<T> {
         }
     }
 
-    /// Sends a sample to every connector of the port. Never waits; without a connector it is dropped.
-    pub fn write(&mut self, ctx: &mut Context<'_>, sample: &T) -> RtcResult {
+    /// Sends a sample to every connector of the port; without a connector it is dropped. What a connector could not take
+    /// is a status, not an error.
+    pub fn write(&mut self, ctx: &mut Context<'_>, sample: &T) -> RtcResult<PortStatus> {
         sample.encode(&mut self.buffer)?;
         ctx.write(self.index, T::TYPE_ID, &self.buffer)
+            .map_err(|error| error.context(format_args!("out-port `{}`", self.name)))
+    }
+
+    /// Borrows memory of the manager for a sample of at most `len` bytes, which is encoded in place and sent without a
+    /// copy. For large samples whose bytes come from elsewhere.
+    pub fn loan<'c>(&mut self, ctx: &'c mut Context<'_>, len: usize) -> RtcResult<Loan<'c>> {
+        ctx.loan(self.index, len)
             .map_err(|error| error.context(format_args!("out-port `{}`", self.name)))
     }
 }

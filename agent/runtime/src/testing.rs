@@ -17,14 +17,19 @@ use std::ffi::c_void;
 use std::fmt;
 use std::ptr;
 use std::rc::Rc;
+use std::sync::OnceLock;
+use std::time::{Instant, SystemTime};
 
-use crate::abi::{self, Buffer, Host, Module, Text, callback, return_code};
+use crate::abi::{self, Buffer, Host, Loan, Module, Text, callback, port_status, return_code};
 use crate::export::ModuleCell;
 use crate::types::DataType;
 use crate::{Component, ReturnCode, text};
 
 /// Samples that a port's queue holds; the oldest is dropped, as in a manager.
 const QUEUE: usize = 1024;
+
+/// When the monotonic clock was first asked for.
+static START: OnceLock<Instant> = OnceLock::new();
 
 /// A call did not return OK.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,6 +64,12 @@ struct State {
     lent: BTreeMap<u32, Sample>,
     log: Vec<(u32, String)>,
     reason: String,
+    /// By token less one; those that were given back are none.
+    loans: Vec<Option<(u32, Vec<u64>)>>,
+    /// Type ids of the ports.
+    types: Vec<String>,
+    rate: f64,
+    woken: u64,
 }
 
 #[derive(Debug)]
@@ -74,21 +85,36 @@ impl TestHost {
         // One descriptor is leaked per call; in tests that is of no matter.
         let cell: &'static ModuleCell = Box::leak(Box::new(ModuleCell::new()));
         let mut host = Self::create(cell.get::<C>())?;
-        host.callback(callback::INITIALIZE)?;
+        host.callback(callback::ON_INITIALIZE)?;
         Ok(host)
     }
 
     /// Creates a component of a module, and calls nothing more.
     pub fn create(module: &'static Module) -> Result<Self, Failure> {
-        let state = Rc::new(RefCell::new(State::default()));
+        let state = Rc::new(RefCell::new(State {
+            // SAFETY: texts of a descriptor are static.
+            types: ports(module)
+                .iter()
+                .map(|port| unsafe { text::read(port.type_id) })
+                .collect(),
+            rate: module.default_rate,
+            ..State::default()
+        }));
         let host = Rc::new(Host {
             abi_version: abi::ABI_VERSION,
             size: size_of::<Host>() as u32,
             context: Rc::as_ptr(&state).cast_mut().cast(),
             log,
+            fail,
+            now,
+            rate,
+            wake,
             write,
             read,
-            fail,
+            is_new,
+            loan,
+            publish,
+            discard,
         });
         let mut instance = ptr::null_mut();
         // SAFETY: the host lives in `Self` as long as the instance; `instance` can be written to.
@@ -124,17 +150,17 @@ impl TestHost {
 
     /// Calls `on_activated`.
     pub fn activate(&mut self) -> Result<(), Failure> {
-        self.callback(callback::ACTIVATED)
+        self.callback(callback::ON_ACTIVATED)
     }
 
     /// Calls `on_execute`.
     pub fn execute(&mut self) -> Result<(), Failure> {
-        self.callback(callback::EXECUTE)
+        self.callback(callback::ON_EXECUTE)
     }
 
     /// Calls `on_deactivated`.
     pub fn deactivate(&mut self) -> Result<(), Failure> {
-        self.callback(callback::DEACTIVATED)
+        self.callback(callback::ON_DEACTIVATED)
     }
 
     /// Puts a sample into an in-port's queue.
@@ -177,6 +203,11 @@ impl TestHost {
             .into_iter()
             .map(decode)
             .collect()
+    }
+
+    /// Takes how often the component asked for another cycle.
+    pub fn take_woken(&mut self) -> u64 {
+        std::mem::take(&mut self.state.borrow_mut().woken)
     }
 
     /// Takes the lines that were logged.
@@ -226,6 +257,11 @@ impl Drop for TestHost {
 }
 
 impl State {
+    fn take_loan(&mut self, token: u64) -> Option<(u32, Vec<u64>)> {
+        let index = usize::try_from(token.checked_sub(1)?).ok()?;
+        self.loans.get_mut(index)?.take()
+    }
+
     fn push(&mut self, port: u32, sample: Sample) {
         let queue = self.queues.entry(port).or_default();
         if queue.len() == QUEUE {
@@ -248,7 +284,7 @@ fn parameters(module: &'static Module) -> &'static [abi::Parameter] {
 fn outcome(state: &RefCell<State>, code: i32) -> Result<(), Failure> {
     let reason = std::mem::take(&mut state.borrow_mut().reason);
     match code {
-        return_code::OK => Ok(()),
+        return_code::OK | return_code::NOT_IMPLEMENTED => Ok(()),
         code => Err(Failure {
             code: ReturnCode::from_number(code),
             reason,
@@ -275,11 +311,35 @@ unsafe extern "C" fn fail(context: *mut c_void, reason: Text) {
     state.borrow_mut().reason = reason;
 }
 
+unsafe extern "C" fn now(_context: *mut c_void, clock: u32) -> i64 {
+    let since = match clock {
+        abi::CLOCK_REALTIME => SystemTime::now()
+            .duration_since(SystemTime::UNIX_EPOCH)
+            .unwrap_or_default(),
+        _ => START.get_or_init(Instant::now).elapsed(),
+    };
+    since.as_nanos() as i64
+}
+
+unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
+    // SAFETY: as in `log`.
+    unsafe { state(context) }.borrow().rate
+}
+
+unsafe extern "C" fn wake(context: *mut c_void) -> i32 {
+    // SAFETY: as in `log`.
+    unsafe { state(context) }.borrow_mut().woken += 1;
+    return_code::OK
+}
+
 unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffer) -> i32 {
     // SAFETY: a component passes the host's context and a sample that lives until the call returns.
     let (state, sample) = unsafe {
         let sample = &*sample;
-        let data = std::slice::from_raw_parts(sample.data, sample.len);
+        let data = match sample.len {
+            0 => &[],
+            len => std::slice::from_raw_parts(sample.data, len),
+        };
         let sample = Sample {
             type_id: text::read(sample.type_id),
             encoding: sample.encoding,
@@ -288,18 +348,21 @@ unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffe
         (state(context), sample)
     };
     state.borrow_mut().push(port, sample);
-    return_code::OK
+    port_status::PORT_OK
 }
 
 unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) -> i32 {
     // SAFETY: a component passes the host's context.
     let mut state = unsafe { state(context) }.borrow_mut();
     let Some(next) = state.queues.get_mut(&port).and_then(VecDeque::pop_front) else {
-        return abi::NO_DATA;
+        return port_status::PORT_BUFFER_EMPTY;
     };
     let buffer = Buffer {
+        abi_version: abi::ABI_VERSION,
+        size: size_of::<Buffer>() as u32,
         type_id: text::lend(&next.type_id),
         encoding: next.encoding,
+        reserved: 0,
         data: next.data.as_ptr(),
         len: next.data.len(),
     };
@@ -307,5 +370,56 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
     state.lent.insert(port, next);
     // SAFETY: a component passes a place to write to.
     unsafe { *sample = buffer };
-    return_code::OK
+    port_status::PORT_OK
+}
+
+unsafe extern "C" fn is_new(context: *mut c_void, port: u32) -> i32 {
+    // SAFETY: as in `log`.
+    let state = unsafe { state(context) }.borrow();
+    state
+        .queues
+        .get(&port)
+        .is_some_and(|queue| !queue.is_empty()) as i32
+}
+
+unsafe extern "C" fn loan(context: *mut c_void, port: u32, len: usize, loan: *mut Loan) -> i32 {
+    // SAFETY: as in `log`.
+    let mut state = unsafe { state(context) }.borrow_mut();
+    let mut words = vec![0_u64; len.div_ceil(8)];
+    let lent = Loan {
+        abi_version: abi::ABI_VERSION,
+        size: size_of::<Loan>() as u32,
+        token: state.loans.len() as u64 + 1,
+        data: words.as_mut_ptr().cast(),
+        len,
+    };
+    state.loans.push(Some((port, words)));
+    // SAFETY: a component passes a place to write to.
+    unsafe { *loan = lent };
+    port_status::PORT_OK
+}
+
+unsafe extern "C" fn publish(context: *mut c_void, token: u64, len: usize) -> i32 {
+    // SAFETY: as in `log`.
+    let mut state = unsafe { state(context) }.borrow_mut();
+    let Some((port, words)) = state.take_loan(token) else {
+        return port_status::PORT_INVALID_ARGS;
+    };
+    let bytes: Vec<u8> = words
+        .into_iter()
+        .flat_map(u64::to_ne_bytes)
+        .take(len)
+        .collect();
+    let sample = Sample {
+        type_id: state.types.get(port as usize).cloned().unwrap_or_default(),
+        encoding: abi::ENCODING_CDR_LE,
+        data: bytes,
+    };
+    state.push(port, sample);
+    port_status::PORT_OK
+}
+
+unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
+    // SAFETY: as in `log`.
+    unsafe { state(context) }.borrow_mut().take_loan(token);
 }

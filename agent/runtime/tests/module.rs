@@ -2,6 +2,9 @@
 
 #![allow(unsafe_code)]
 
+#[path = "module/header.rs"]
+mod header;
+
 use std::ptr;
 
 use rts_runtime::abi::{self, Entry, Host, Module, callback};
@@ -60,11 +63,11 @@ impl Component for Echo {
 rts_runtime::export!(Echo);
 
 unsafe extern "C" {
-    fn rts_module_v0() -> *const Module;
+    fn rts_module_v1() -> *const Module;
 }
 
 fn module() -> &'static Module {
-    let entry: Entry = rts_module_v0;
+    let entry: Entry = rts_module_v1;
     // SAFETY: the exported function of this very file; its descriptor is static.
     unsafe { &*entry() }
 }
@@ -76,7 +79,7 @@ fn the_descriptor_says_what_was_declared() {
     assert_eq!(module.size as usize, size_of::<Module>());
     assert_eq!(module.default_rate, 50.0);
     // SAFETY: as in `module`.
-    let again = unsafe { rts_module_v0() };
+    let again = unsafe { rts_module_v1() };
     assert!(ptr::eq(module, again), "one descriptor for all calls");
     assert_eq!(
         TestHost::create(module).unwrap().describe(),
@@ -88,8 +91,8 @@ fn the_descriptor_says_what_was_declared() {
 fn samples_parameters_and_lines_cross_the_boundary() {
     let mut host = TestHost::create(module()).unwrap();
     host.configure("offset", "100").unwrap();
-    for number in 0..=callback::RATE_CHANGED {
-        if number != callback::RESET {
+    for number in 0..callback::CALLBACKS {
+        if number != callback::ON_RESET {
             host.callback(number).unwrap();
         }
     }
@@ -135,7 +138,7 @@ fn a_panic_is_an_error_with_its_message_and_the_instance_lives_on() {
 fn failures_carry_code_and_reason() {
     let mut host = TestHost::create(module()).unwrap();
     let failures = [
-        host.callback(callback::RESET).unwrap_err(),
+        host.callback(callback::ON_RESET).unwrap_err(),
         host.callback(99).unwrap_err(),
         host.configure("offset", "1.5").unwrap_err(),
         host.configure("speed", "1").unwrap_err(),

@@ -25,6 +25,7 @@ impl Agent {
             Act::Activate { instance } => self.activate_by_hand(&instance, dry_run).await,
             Act::Deactivate { instance } => self.deactivate_by_hand(&instance, dry_run).await,
             Act::Reset { instance } => self.reset_by_hand(&instance, dry_run).await,
+            Act::Tick { instance, cycles } => self.tick_by_hand(&instance, cycles, dry_run).await,
             Act::Configure {
                 instance,
                 set,

@@ -15,6 +15,7 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
     let managers = inventory.managers.iter_mut();
     for component in managers.flat_map(|m| &mut m.components) {
         component.executions = 0;
+        component.timing = None;
         if let Some(hangs) = &mut component.hangs {
             // `has been in on_execute for 11 s`
             let end = hangs.rfind(" for ").unwrap_or(hangs.len());
@@ -25,10 +26,14 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
             connector.samples_received = 0;
             connector.bytes = 0;
             connector.drops = 0;
+            connector.gaps = 0;
+            connector.rate = 0;
+            connector.latency = None;
         }
         for binding in &mut component.bindings {
             binding.samples_received = 0;
             binding.drops = 0;
+            binding.gaps = 0;
         }
     }
     inventory

@@ -26,6 +26,7 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         execution_kind: "periodic".to_owned(),
         rate: 1.0,
         executions: 0,
+        timing: None,
         ports: Vec::new(),
         connectors: Vec::new(),
         bindings: Vec::new(),

@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, PortInfo,
-    SystemId,
+    self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
+    ManagerInventory, PortInfo, SystemId, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState, Inventory,
-    LifeCycleState, ManagerObserved, PortObserved,
+    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
+    DurationsObserved, Inventory, Latency, LifeCycleState, ManagerObserved, PortObserved,
+    TimingObserved,
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
@@ -42,6 +43,8 @@ type Arrivals = HashMap<(String, String, String), Arrived>;
 struct Arrived {
     received: u64,
     drops: u64,
+    gaps: u64,
+    latency: Option<Latency>,
 }
 
 impl Arrived {
@@ -53,6 +56,7 @@ impl Arrived {
         Self {
             received,
             drops: self.drops.min(left),
+            ..self
         }
     }
 }
@@ -83,6 +87,8 @@ fn arrivals(views: &[View]) -> Arrivals {
                 let arrived = Arrived {
                     received: binding.samples_received,
                     drops: binding.drops,
+                    gaps: binding.gaps,
+                    latency: binding.latency.map(latency),
                 };
                 arrivals.insert(key, arrived);
             }
@@ -144,11 +150,30 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         execution_kind: execution_kind(&info.execution_kind),
         rate: info.rate,
         executions: info.executions,
+        timing: info.timing.map(timing),
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
         bindings,
         by_hand: info.by_hand.map(by_hand).unwrap_or_default(),
         instance: info.instance,
+    }
+}
+
+fn timing(info: TimingInfo) -> TimingObserved {
+    TimingObserved {
+        overruns: info.overruns,
+        execution: durations(info.execution),
+        jitter: info.jitter.map(durations),
+    }
+}
+
+fn durations(info: DurationInfo) -> DurationsObserved {
+    DurationsObserved {
+        count: info.count,
+        median: info.median,
+        p99: info.p99,
+        max: info.max,
+        buckets: info.buckets,
     }
 }
 
@@ -195,6 +220,19 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
         samples_received: arrived.received,
         bytes: info.bytes,
         drops: info.drops + arrived.drops,
+        gaps: arrived.gaps,
+        rate: info.rate,
+        latency: arrived.latency,
+    }
+}
+
+fn latency(info: control::Latency) -> Latency {
+    Latency {
+        count: info.count,
+        min_ns: info.min_ns,
+        median_ns: info.median_ns,
+        p99_ns: info.p99_ns,
+        max_ns: info.max_ns,
     }
 }
 
@@ -210,6 +248,7 @@ fn binding(info: BindingInfo) -> BindingObserved {
         connected: info.connected,
         samples_received: info.samples_received,
         drops: info.drops,
+        gaps: info.gaps,
     }
 }
 
@@ -295,6 +334,7 @@ mod tests {
             samples_sent: sent,
             bytes: 0,
             drops,
+            rate: 0,
         });
         b.bindings.push(BindingInfo {
             connector: "c".to_owned(),
@@ -304,6 +344,7 @@ mod tests {
             samples_received: came.0,
             drops: came.1,
             gaps: 0,
+            latency: None,
         });
         let views = [a, b].map(|component| view(vec![component])).to_vec();
         let inventory = merge("local", views, &Policies::default());

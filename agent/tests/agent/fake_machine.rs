@@ -361,6 +361,7 @@ impl Machine for FakeMachine {
             Some(ModuleDescription {
                 ports: Vec::new(),
                 parameters: BTreeMap::from([("gain".to_owned(), "1".to_owned())]),
+                limits: BTreeMap::new(),
             })
         })
     }

@@ -169,7 +169,7 @@ impl Fake {
                 type_name, path, ..
             } => {
                 modules.insert(type_name.clone(), path.clone());
-                return Ok(ResponseBody::Module(module(&type_name, &path)));
+                return Ok(ResponseBody::Module(Box::new(module(&type_name, &path))));
             }
             RequestBody::UnloadModule { type_name } => {
                 if modules.remove(&type_name).is_none() {
@@ -215,6 +215,7 @@ impl Fake {
                     samples_received: 7,
                     drops: 0,
                     gaps: 0,
+                    latency: None,
                 });
                 let incarnation = component.incarnation.clone();
                 return Ok(ResponseBody::Bound { incarnation });
@@ -224,6 +225,10 @@ impl Fake {
                     component.bindings.retain(|b| b.connector != connector);
                 }
             }
+            RequestBody::Tick { instance, cycles } => match components.get_mut(&instance) {
+                Some(component) => component.executions += u64::from(cycles),
+                None => return refused(FailureCode::NotFound, "no such component"),
+            },
             RequestBody::Connect(request) => {
                 let Some(component) = components.get_mut(&request.instance) else {
                     return refused(FailureCode::NotFound, "no such component");
@@ -254,6 +259,7 @@ impl Fake {
                     samples_sent: 9,
                     bytes: 0,
                     drops: 0,
+                    rate: 0,
                 });
             }
             RequestBody::Disconnect {
@@ -435,6 +441,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         execution_kind: request.execution_kind,
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
+        timing: None,
         ports: vec![
             PortInfo {
                 name: "in".to_owned(),
@@ -471,6 +478,6 @@ fn module(type_name: &str, path: &str) -> ModuleInfo {
             direction: "out".to_owned(),
             data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         }],
-        parameters: BTreeMap::new(),
+        ..ModuleInfo::default()
     }
 }

@@ -28,6 +28,7 @@ mod sample;
 pub mod shm;
 mod signal;
 mod socket;
+mod spin;
 mod stream;
 pub mod tcp;
 pub mod unix;
@@ -36,6 +37,7 @@ pub use ended::{Ended, Parting, Refused};
 pub use ends::{Closer, Receiver, Sender};
 pub use kind::{Kind, UnknownKind};
 pub use sample::{MAX_SAMPLE, Payload, Sample};
+pub use spin::MOST as SPINS;
 
 /// Takes a lock; what a panicked holder left is consistent after each step.
 fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {

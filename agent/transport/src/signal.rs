@@ -6,15 +6,7 @@ use std::time::{Duration, Instant};
 use rustix::event::Timespec;
 use rustix::thread::futex;
 
-/// Looks at a state so often before it sleeps: waking a thread costs more than most waits are long.
-pub(crate) const SPINS: u32 = 200;
-
-/// Times that a wait looks before it sleeps; none where nobody else could run meanwhile.
-pub(crate) fn spins() -> u32 {
-    static ALONE: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
-    let alone = || std::thread::available_parallelism().is_ok_and(|n| n.get() == 1);
-    if *ALONE.get_or_init(alone) { 0 } else { SPINS }
-}
+use crate::spin::Spin;
 
 /// As the system calls want it; none is for ever.
 pub(crate) fn timespec(patience: Duration) -> Option<Timespec> {
@@ -26,6 +18,7 @@ pub(crate) fn timespec(patience: Duration) -> Option<Timespec> {
 pub(crate) struct Signal {
     /// 1 while somebody sleeps, or is about to.
     asleep: AtomicU32,
+    spin: Spin,
 }
 
 impl Signal {
@@ -46,13 +39,11 @@ impl Signal {
 
     /// Waits until `ready`, that long; false when it is not.
     pub fn wait(&self, patience: Duration, ready: impl Fn() -> bool) -> bool {
-        for _ in 0..spins() {
-            if ready() {
-                return true;
-            }
-            std::hint::spin_loop();
+        if self.spin.until(&ready) {
+            return true;
         }
-        let until = Instant::now().checked_add(patience);
+        let begin = Instant::now();
+        let until = begin.checked_add(patience);
         loop {
             self.asleep.store(1, Ordering::SeqCst);
             fence(Ordering::SeqCst);
@@ -61,6 +52,7 @@ impl Signal {
             });
             if ready() || left.is_zero() {
                 self.asleep.store(0, Ordering::SeqCst);
+                self.spin.slept(begin.elapsed());
                 return ready();
             }
             let timeout = timespec(left);

@@ -35,7 +35,7 @@ pub struct Targets {
 /// code.
 pub async fn each(
     targets: &Targets,
-    act: fn(String) -> Act,
+    act: impl Fn(String) -> Act,
     session: &Session,
 ) -> Result<Exit, CliError> {
     let hand = Hand::reach(targets.dry_run, session).await?;
@@ -52,7 +52,7 @@ pub async fn each(
         return Ok(exit);
     }
     for component in found {
-        let done = hand.lead(component, act).await;
+        let done = hand.lead(component, &act).await;
         exit = hand.first(exit, done)?;
     }
     Ok(exit)
@@ -96,7 +96,11 @@ impl<'a> Hand<'a> {
     }
 
     /// Leads a component into another state.
-    async fn lead(&self, component: &Component, act: fn(String) -> Act) -> Result<(), CliError> {
+    async fn lead(
+        &self,
+        component: &Component,
+        act: &impl Fn(String) -> Act,
+    ) -> Result<(), CliError> {
         let act = act(component.metadata.name.clone());
         let so = words::is_so(&act, &component.status.state);
         self.act(&component.status.node, act, so, "").await

@@ -28,6 +28,7 @@ pub mod reset;
 pub mod schema;
 pub mod smoke;
 pub mod teardown;
+pub mod tick;
 pub mod up;
 pub mod version;
 

@@ -9,9 +9,10 @@ use serde_json::Value;
 /// Events that are remembered; the controller keeps fewer.
 const EVENTS: usize = 4096;
 /// What changes without being a change, below `metadata` and `status`.
-const COUNTERS: [(&str, &str); 7] = [
+const COUNTERS: [(&str, &str); 8] = [
     ("metadata", "resourceVersion"),
     ("status", "executions"),
+    ("status", "timing"),
     ("status", "lastSeen"),
     ("status", "samplesSent"),
     ("status", "samplesReceived"),

@@ -34,9 +34,42 @@ fn two(first: i64, unit: char, second: i64, second_unit: char) -> String {
     }
 }
 
+/// A time of less than minutes: `950ns`, `16us`, `2.5ms`, `1.2s`.
+pub fn short_time(nanoseconds: u64) -> String {
+    let tenths = |unit: u64| (nanoseconds / unit, nanoseconds % unit / (unit / 10));
+    let (unit, name) = match nanoseconds {
+        0..1_000 => return format!("{nanoseconds}ns"),
+        1_000..1_000_000 => (1_000, "us"),
+        1_000_000..1_000_000_000 => (1_000_000, "ms"),
+        _ => (1_000_000_000, "s"),
+    };
+    match tenths(unit) {
+        (whole, tenth) if whole < 10 && tenth > 0 => format!("{whole}.{tenth}{name}"),
+        (whole, _) => format!("{whole}{name}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn short_times_have_two_digits_that_matter() {
+        let shown = [
+            0,
+            999,
+            1_000,
+            1_200,
+            16_383,
+            131_071,
+            2_500_000,
+            1_999_999_999,
+        ];
+        let expected = [
+            "0ns", "999ns", "1us", "1.2us", "16us", "131us", "2.5ms", "1.9s",
+        ];
+        assert_eq!(shown.map(short_time), expected);
+    }
 
     #[test]
     fn ages_look_as_in_kubectl() {

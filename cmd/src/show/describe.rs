@@ -8,6 +8,7 @@ mod page;
 mod policy;
 #[cfg(test)]
 mod tests;
+mod timing;
 
 use std::collections::BTreeSet;
 
@@ -20,7 +21,7 @@ use self::component::component;
 use self::manager::manager;
 use self::node::node;
 use self::page::Page;
-use super::age::age;
+use super::age::{age, short_time};
 use super::table::Table;
 
 /// Everything that there is, at one moment.
@@ -192,7 +193,22 @@ fn connector(connector: &Connector, scene: &Scene) -> Page {
         "Samples",
         format!("{sent} sent, {received} received, {} dropped", status.drops),
     );
+    page.line("Gaps", status.gaps.to_string());
     page.line("Bytes", status.bytes.to_string());
+    page.line("Rate", format!("{}/s", status.rate));
+    if let Some(latency) = &status.latency {
+        let [min, median, p99, max] = [
+            latency.min_ns,
+            latency.median_ns,
+            latency.p99_ns,
+            latency.max_ns,
+        ]
+        .map(short_time);
+        page.line(
+            "Latency",
+            format!("{min} at least, {median} median, {p99} of 99 %, {max} at most"),
+        );
+    }
     let target = format!("connector/{name}");
     let own = scene.systems.iter().filter(|s| s.spec.name == spec.system);
     let waiting: Vec<_> = own

@@ -1,11 +1,13 @@
 //! Objects of each kind as tables.
 
 use jiff::Timestamp;
-use rts_controller_api::objects::{Component, Connector, Event, Kind, Manager, Node, System};
+use rts_controller_api::objects::{
+    Component, Connector, Event, Kind, Latency, Manager, Node, System,
+};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::age::age;
+use super::age::{age, short_time};
 use super::table::Table;
 use crate::error::CliError;
 
@@ -178,12 +180,21 @@ fn connectors(items: &[Connector], look: Look) -> Table {
         Column("TYPE", Wide, |c| one_word(&text(c.spec.data_type.as_ref()))),
         Column("TRANSPORT", Wide, |c| c.status.transport.clone()),
         Column("BYTES", Wide, |c| c.status.bytes.to_string()),
+        Column("GAPS", Wide, |c| c.status.gaps.to_string()),
+        Column("RATE", Wide, |c| c.status.rate.to_string()),
+        Column("MEDIAN", Wide, |c| latency(c, |latency| latency.median_ns)),
+        Column("P99", Wide, |c| latency(c, |latency| latency.p99_ns)),
         Column("SYSTEM", Wide, |c| c.spec.system.clone()),
         Column("DRIFT", Wide, |c| {
             drifted(c.status.drift, &c.status.drift_fields)
         }),
     ];
     columns(items, &all, |c| c.metadata.creation_timestamp, look)
+}
+
+fn latency(connector: &Connector, which: impl Fn(&Latency) -> u64) -> String {
+    let latency = connector.status.latency.as_ref();
+    latency.map_or_else(String::new, |latency| short_time(which(latency)))
 }
 
 fn managers(items: &[Manager], look: Look) -> Table {

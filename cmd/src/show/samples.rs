@@ -4,7 +4,7 @@ use jiff::Timestamp;
 use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{
     Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView, Event,
-    EventStatus, EventView, Kind, Manager, ManagerStatus, ManagerView, Metadata, Node,
+    EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata, Node,
     NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus,
 };
 use rts_schemas::system::{PortKind, SystemSpec};
@@ -109,6 +109,16 @@ fn connector() -> Connector {
         samples_sent: 1200,
         samples_received: 1199,
         bytes: 28_800,
+        drops: 1,
+        gaps: 1,
+        rate: 100,
+        latency: Some(Latency {
+            count: 1199,
+            min_ns: 5_100,
+            median_ns: 16_383,
+            p99_ns: 131_071,
+            max_ns: 2_500_000,
+        }),
         ..ConnectorStatus::default()
     };
     object(Kind::Connector, "Sine0.out-Filter0.in", spec, status)

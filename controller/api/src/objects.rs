@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
+pub use rts_plan::observed::Latency;
+use rts_plan::observed::TimingObserved;
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -332,6 +334,9 @@ pub struct ComponentStatus {
     /// `on_execute` calls. A counter.
     #[serde(default)]
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle. Counters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
@@ -380,6 +385,15 @@ pub struct ConnectorStatus {
     /// A counter.
     #[serde(default)]
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
+    /// Samples written in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
+    /// From the write to the read of samples; none before the first, and between two nodes, which have no common clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
     /// Why it is not Connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting_on: Option<String>,

@@ -156,6 +156,9 @@ pub struct ComponentObserved {
     pub rate: f64,
     /// `on_execute` calls since creation. A counter: raises no revision.
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle. Raises no revision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingObserved>,
     /// Ports that it really has.
     pub ports: Vec<PortObserved>,
     /// Connectors of which it is the source (data: the out-port end).
@@ -166,6 +169,35 @@ pub struct ComponentObserved {
     /// What a person changed in it since the plan last did.
     #[serde(default, skip_serializing_if = "ByHand::is_empty")]
     pub by_hand: ByHand,
+}
+
+/// How an execution context keeps its time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct TimingObserved {
+    /// Cycles of a periodic one that were not over when the next was due.
+    pub overruns: u64,
+    /// How long cycles took.
+    pub execution: DurationsObserved,
+    /// How late cycles of a periodic one began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<DurationsObserved>,
+}
+
+/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct DurationsObserved {
+    /// How many.
+    pub count: u64,
+    /// Half are below.
+    pub median: u64,
+    /// 99 of 100 are below.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+    /// `[below, count]`: how many are below each power of two and not below half of it, where there are any.
+    pub buckets: Vec<(u64, u64)>,
 }
 
 /// What a person changed in a component, each with a mark that says what was desired at that moment: once something
@@ -237,14 +269,39 @@ pub struct ConnectorObserved {
     pub state: ConnectorState,
     /// Kind of transport (`direct` in one process, `uds` between processes).
     pub transport: String,
-    /// Samples put into the queue of the connector. A counter.
+    /// Samples written to the connector. A counter.
     pub samples_sent: u64,
     /// Samples read by the in-port's component, as last reported by the other end. A counter.
     pub samples_received: u64,
     /// Payload bytes sent. A counter.
     pub bytes: u64,
-    /// Samples dropped from a full queue. A counter.
+    /// Samples dropped from a full buffer. A counter.
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
+    /// Samples written in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
+    /// Of the samples received; none before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// Time from the write of a sample to the read of it, over one connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Latency {
+    /// Samples measured. A counter.
+    pub count: u64,
+    /// The shortest, in nanoseconds.
+    pub min_ns: u64,
+    /// Half of them took no longer; up to twice too high.
+    pub median_ns: u64,
+    /// 99 of 100 took no longer; up to twice too high.
+    pub p99_ns: u64,
+    /// The longest, in nanoseconds.
+    pub max_ns: u64,
 }
 
 /// The end of a connector at an in-port, which lets its source connect. It stays there without one until it is unbound.
@@ -263,9 +320,12 @@ pub struct BindingObserved {
     /// Samples read by the in-port's component over the connection. A counter.
     #[serde(default)]
     pub samples_received: u64,
-    /// Samples dropped from the in-port's full queue. A counter.
+    /// Samples dropped from the in-port's full buffer. A counter.
     #[serde(default)]
     pub drops: u64,
+    /// Jumps in the sequence that the reader saw. A counter.
+    #[serde(default)]
+    pub gaps: u64,
 }
 
 /// State of a connector.

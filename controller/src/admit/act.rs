@@ -1,6 +1,6 @@
 //! The limits of what a person changes by hand: those of what is stored, since it may become a part of that.
 
-use rts_agent_api::messages::Act;
+use rts_agent_api::messages::{Act, MAX_TICKS};
 use rts_controller_api::{Problem, ProblemError};
 
 use super::check::{MAX_NAME, MAX_VALUE, escaped};
@@ -21,6 +21,16 @@ pub fn act(act: &Act) -> Result<(), Problem> {
         Act::Disconnect { connector, .. } => {
             return refuse(too_long("/act/connector", connector, MAX_NAME));
         }
+        Act::Tick { cycles, .. } if !(1..=MAX_TICKS).contains(cycles) => {
+            let detail = format!("{cycles} cycles are not from 1 to {MAX_TICKS}");
+            return refuse(vec![ProblemError {
+                pointer: "/act/cycles".to_owned(),
+                code: "bad-number".to_owned(),
+                detail,
+                help: None,
+            }]);
+        }
+        Act::Tick { .. } => return Ok(()),
         Act::Activate { .. } | Act::Deactivate { .. } | Act::Reset { .. } => return Ok(()),
     };
     let names = names.into_iter().flatten();

@@ -1,12 +1,12 @@
 //! Checks of a spec that need nothing else: those of `rts_schemas`, and the limits of what is stored.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use rts_controller_api::ProblemError;
 use rts_plan::{check_orders, cycle_pointer};
 use rts_schemas::diagnostic::Finding;
 use rts_schemas::suggest;
-use rts_schemas::system::{ComponentSpec, ExecutionKind, PortRef, StandIn, SystemSpec};
+use rts_schemas::system::{ComponentSpec, PortRef, SystemSpec};
 
 /// Most components of a system.
 const MAX_COMPONENTS: usize = 10_000;
@@ -129,9 +129,6 @@ fn system(faults: &mut Faults, name: &str, spec: &SystemSpec) {
 
 fn components(faults: &mut Faults, spec: &SystemSpec) {
     for (index, component) in spec.components.iter().enumerate() {
-        if component.stand_in.policy() == StandIn::Never {
-            execution_kind(faults, component, index);
-        }
         let at = format!("/spec/components/{index}/configuration");
         for (set, values) in &component.configuration.sets {
             let fits = |(key, value): (&String, &String)| {
@@ -143,35 +140,6 @@ fn components(faults: &mut Faults, spec: &SystemSpec) {
             }
         }
     }
-}
-
-/// The same for what might have had a stand-in, which runs with any kind, and has none.
-pub fn real_ones(spec: &SystemSpec, stand_ins: &BTreeSet<String>) -> Vec<ProblemError> {
-    let mut faults = Faults::default();
-    for (index, component) in spec.components.iter().enumerate() {
-        let asked = component.stand_in.policy() != StandIn::Never;
-        if asked && !stand_ins.contains(&component.instance) {
-            execution_kind(&mut faults, component, index);
-        }
-    }
-    faults.list
-}
-
-/// A manager would refuse it only once everything else has been taken down for it.
-fn execution_kind(faults: &mut Faults, component: &ComponentSpec, index: usize) {
-    let kind = match component.execution_context.kind {
-        ExecutionKind::Periodic => return,
-        ExecutionKind::EventDriven => "event-driven",
-        ExecutionKind::Other => "unknown",
-    };
-    let pointer = format!("/spec/components/{index}/executionContext/kind");
-    let detail = format!(
-        "component {}: an execution context of {kind} kind cannot be run; this version knows periodic ones",
-        component.instance
-    );
-    let help = "make it periodic (kind PERIODIC) and give it a rate, or leave the component out"
-        .to_owned();
-    faults.advise(pointer, "unsupported-execution-kind", detail, help);
 }
 
 fn connectors(faults: &mut Faults, spec: &SystemSpec) {

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use rts_agent_api::messages::ModuleDescription;
+use rts_agent_api::messages::{ModuleDescription, ParameterLimits};
 use rts_controller_api::ProblemError;
 use rts_plan::observed::PortObserved;
+use rts_schemas::check::{Limits, Refusal};
 use rts_schemas::suggest;
 use rts_schemas::system::{ComponentSpec, ConnectorSpec, Direction, PortKind, PortRef, SystemSpec};
 
@@ -36,6 +37,21 @@ fn parameters(
 ) {
     let known: Vec<&str> = module.parameters.keys().map(String::as_str).collect();
     for (set, values) in &component.configuration.sets {
+        for (name, value) in values {
+            let limits = module.limits.get(name);
+            if let Some(problem) = limits.and_then(|limits| refusal(limits, value)) {
+                let pointer = format!("{at}/{}/{}", escaped(set), escaped(name));
+                let detail = format!(
+                    "`{value}` of the parameter `{name}` of component `{}` is refused by its module: {problem}",
+                    component.instance
+                );
+                let help = format!(
+                    "correct the value, or rebuild the module of {}",
+                    component.type_name
+                );
+                faults.advise(pointer, problem.code, detail, help);
+            }
+        }
         for name in values
             .keys()
             .filter(|name| !module.parameters.contains_key(*name))
@@ -49,6 +65,12 @@ fn parameters(
             faults.advise(pointer, "unknown-parameter", detail, help);
         }
     }
+}
+
+/// Why a module will refuse a value. Limits that cannot be read refuse nothing here: the module will not load either.
+fn refusal(limits: &ParameterLimits, value: &str) -> Option<Refusal> {
+    let limits = Limits::read(&limits.value_type, &limits.constraint).ok()?;
+    limits.problem(value)
 }
 
 fn connect(

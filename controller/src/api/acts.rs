@@ -41,7 +41,8 @@ pub async fn act(
     let answer = answer.await;
     ended(&principal, verb, &object, &outcome(&answer));
     let acted = answer?;
-    if acted.changed {
+    // A simulator may tick a thousand times in a second, and what is desired is not touched by it.
+    if acted.changed && !matches!(request.act, Act::Tick { .. }) {
         app.core.record(event(&request.act, &acted, principal.uid));
     }
     Ok(Json(acted))
@@ -54,6 +55,9 @@ fn names(act: &Act) -> (&'static str, String) {
         Act::Activate { instance } => ("act-activate", component(instance)),
         Act::Deactivate { instance } => ("act-deactivate", component(instance)),
         Act::Reset { instance } => ("act-reset", component(instance)),
+        Act::Tick { instance, cycles } => {
+            ("act-tick", format!("{} ({cycles})", component(instance)))
+        }
         Act::Configure { instance, .. } => ("act-configure", component(instance)),
         Act::Connect {
             source,
@@ -99,6 +103,7 @@ fn what(act: &Act) -> String {
         Act::Activate { .. } => "activated".to_owned(),
         Act::Deactivate { .. } => "deactivated".to_owned(),
         Act::Reset { .. } => "reset".to_owned(),
+        Act::Tick { cycles, .. } => format!("ticked {cycles} times"),
         Act::Configure {
             set,
             values,

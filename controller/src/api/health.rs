@@ -4,13 +4,13 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use rts_controller_api::Problem;
-use rts_controller_api::objects::{Component, Node, Phase, System};
+use rts_controller_api::objects::{Component, Connector, Node, Phase, System};
 use rts_http::server::Principal;
 use serde::Deserialize;
 
 use super::extract::Params;
 use super::{Answer, App};
-use crate::metrics::Gauge;
+use crate::metrics::{Gauge, connectors};
 
 /// Query of `/livez` and `/readyz`.
 #[derive(Debug, Deserialize)]
@@ -122,5 +122,6 @@ pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse 
             components.map(|c| c.status.state),
         ),
     ]);
+    let page = page + &connectors::families(&view.list::<Connector>().items);
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], page)
 }

@@ -112,6 +112,7 @@ fn as_observed(
         configuration: found.configuration.clone(),
         rate: Some(found.rate),
         executions: found.executions,
+        timing: found.timing.clone(),
         created: found.created.parse().ok(),
         ..ComponentStatus::default()
     }

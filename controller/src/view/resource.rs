@@ -74,6 +74,7 @@ resource!(
     |o| key(&o.metadata.name, &o.status.node),
     |c| {
         c.status.executions = 0;
+        c.status.timing = None;
     }
 );
 resource!(
@@ -87,6 +88,9 @@ resource!(
         status.samples_received = 0;
         status.bytes = 0;
         status.drops = 0;
+        status.gaps = 0;
+        status.rate = 0;
+        status.latency = None;
     }
 );
 resource!(

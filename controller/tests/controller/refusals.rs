@@ -3,7 +3,7 @@
 use crate::fleet::served::{problem, request, serve};
 use crate::fleet::{Cluster, systems};
 use rts_controller_api::requests::{ApplyRequest, Expect};
-use rts_schemas::system::{ExecutionKind, Placement};
+use rts_schemas::system::Placement;
 
 #[tokio::test]
 async fn every_fault_of_a_spec_is_named_at_once() {
@@ -22,7 +22,7 @@ async fn what_the_modules_do_not_know_is_refused() {
     agent.describe(
         "SineSource",
         &["out:out:TimedDouble"],
-        &["amplitude", "frequency"],
+        &["amplitude:double:", "frequency:double:0<x<=100"],
     );
     agent.describe(
         "LowPassFilter",
@@ -31,7 +31,12 @@ async fn what_the_modules_do_not_know_is_refused() {
     );
     let served = serve(cluster).await;
     let mut spec = systems::hello();
-    let values = [("amplitud".to_owned(), "2".to_owned())];
+    let values = [
+        ("amplitud", "2"),
+        ("amplitude", "big"),
+        ("frequency", "200"),
+    ]
+    .map(|(name, value)| (name.to_owned(), value.to_owned()));
     spec.components[0]
         .configuration
         .sets
@@ -180,21 +185,4 @@ async fn errors_are_problem_documents() {
         send(Method::POST, "/v1/nodes/UPPER/sessions", "{}").await,
     ];
     insta::assert_snapshot!("problems", lines.join("\n"));
-}
-
-#[tokio::test]
-async fn an_execution_kind_that_no_manager_runs_is_refused_before_anything_is_disturbed() {
-    let (cluster, agent) = Cluster::hello();
-    let served = serve(cluster).await;
-    let applied = served.controller.apply(&request(systems::hello())).await;
-    assert!(applied.unwrap().changed);
-    served.until_converged("hello").await;
-    agent.take_done();
-    let mut spec = systems::hello();
-    spec.components[0].execution_context.kind = ExecutionKind::EventDriven;
-    spec.components[1].execution_context.kind = ExecutionKind::Other;
-    let planned = problem(served.controller.plan(&request(spec.clone())).await);
-    assert_eq!(planned.code, "unsupported-execution-kind");
-    insta::assert_snapshot!("unsupported_execution_kind", served.refused(spec).await);
-    assert_eq!(agent.take_done(), [""; 0]);
 }

@@ -226,13 +226,13 @@ fn execution_context(check: &mut Check<'_>, component: &Component, owner: &str) 
         .execution_contexts
         .first()
         .and_then(|c| c.kind.as_ref())
-        && rts_profile::execution_kind(kind.trimmed()) != ExecutionKind::Periodic
+        && rts_profile::execution_kind(kind.trimmed()) == ExecutionKind::Other
     {
         let message = format!(
-            "the execution context of {owner} is of the kind `{}`: this version runs periodic ones only",
+            "the execution context of {owner} is of the kind `{}`: it runs only when it is ticked",
             kind.trimmed()
         );
-        let help = "write `PERIODIC` and a rate; a controller refuses the profile as it is";
+        let help = "write `PERIODIC` and a rate, or `EVENT_DRIVEN`, or drive it with `rtsctl tick`";
         check.warning("unsupported-execution-kind", message, kind.span, help);
     }
     if let [_, second, ..] = component.execution_contexts.as_slice() {

@@ -7,7 +7,9 @@ use super::sink::said;
 use super::{Check, choices, service};
 use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
-use crate::rts_profile::{NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type};
+use crate::rts_profile::{
+    NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type, properties,
+};
 use crate::span::Span;
 use crate::suggest;
 use crate::system::{Direction, PortKind};
@@ -31,6 +33,7 @@ pub(super) fn connectors(check: &mut Check<'_>) {
             check.error("bad-name", message, own.span, help);
         }
         push_interval(check, connector, &owner);
+        settings(check, connector, &owner);
         let source = end(
             check,
             connector,
@@ -90,6 +93,22 @@ fn push_interval(check: &mut Check<'_>, connector: &Connector, owner: &str) {
         );
         let help = "write a number such as `0.1`";
         check.warning("bad-number", message, interval.span, help);
+    }
+}
+
+/// What the properties say of buffers and policies can be done.
+fn settings(check: &mut Check<'_>, connector: &Connector, owner: &str) {
+    if connector.kind != PortKind::Data {
+        return;
+    }
+    let Err(faults) = crate::connector::read(&properties(connector)) else {
+        return;
+    };
+    for fault in faults {
+        let text = property_value(&connector.properties, &fault.property);
+        let span = text.map_or(connector.span, |text| text.span);
+        let message = format!("`{}` of {owner}: {}", fault.property, fault.problem);
+        check.error(fault.code, message, span, fault.help);
     }
 }
 

@@ -193,6 +193,19 @@ fn connectors(spec: &SystemSpec, known: &[&str], report: &mut Pointers) {
             let help = "name the port of another component as one of its ends";
             report.push(format!("{at}/target"), finding.help(help));
         }
+        if connector.kind == PortKind::Data
+            && let Err(faults) = crate::connector::read(&connector.properties)
+        {
+            for fault in faults {
+                let pointer = format!("{at}/properties/{}", fault.property);
+                let message = format!(
+                    "`{}` of connector `{name}`: {}",
+                    fault.property, fault.problem
+                );
+                let finding = Finding::error(fault.code, message);
+                report.push(pointer, finding.help(fault.help));
+            }
+        }
         for (key, end) in [("source", &connector.source), ("target", &connector.target)] {
             let owner = format!("connector `{name}`");
             report.exists(&end.instance, &owner, known, format!("{at}/{key}/instance"));

@@ -4,6 +4,54 @@ use super::Code;
 
 pub(super) const CODES: &[Code] = &[
     Code {
+        code: "bad-buffer-length",
+        title: "a connector's buffer cannot have that length",
+        explain: "\
+`dataport.outport.buffer.length` and `dataport.inport.buffer.length` (or `dataport.buffer.length` for both) say how many
+samples wait at an end of the connector. That is a whole number from 1 to 65536; OpenRTM passes over anything else and
+takes its own 8.
+
+    rtsExt:name=\"dataport.inport.buffer.length\" rtsExt:value=\"0\"      wrong
+    rtsExt:name=\"dataport.inport.buffer.length\" rtsExt:value=\"8\"      right
+
+Write how many samples may wait, or leave it away for 64.",
+    },
+    Code {
+        code: "bad-push-rate",
+        title: "a periodic connector has no rate that it can send at",
+        explain: "\
+The subscription type `periodic` sends at a rate of its own: `dataport.publisher.push_rate` (or `dataport.push_rate`) in
+hertz, else `rts:pushInterval` (`dataport.push_interval`) in seconds. OpenRTM refuses to connect without a rate, too.
+
+    rtsExt:name=\"dataport.publisher.push_rate\" rtsExt:value=\"100.0\"      a sample each 10 ms
+
+Write a rate above 0, or choose the subscription type `new`, which sends when there is something new.",
+    },
+    Code {
+        code: "bad-skip-count",
+        title: "the number of samples to pass over is none",
+        explain: "\
+With the push policy `skip` one sample is sent after each `dataport.publisher.skip_count` that are passed over: 0 sends
+all, 1 each second one. OpenRTM passes over anything that is no whole number, and so sends all.
+
+    rtsExt:name=\"dataport.publisher.skip_count\" rtsExt:value=\"1\"      each second sample
+
+Write a whole number, 0 or more.",
+    },
+    Code {
+        code: "bad-timeout",
+        title: "a time-out of a connector's buffer is none",
+        explain: "\
+`dataport.outport.buffer.write.timeout` and its like say how long a write into a full buffer, or a read from an empty one,
+may wait when its policy is `block`: seconds from 0 to 60. OpenRTM documents 0 as no time-out; here it is the longest
+one, so that nothing waits for ever. A wait counts against the deadline of the callback that it happens in.
+
+    rtsExt:name=\"dataport.inport.buffer.read.timeout\" rtsExt:value=\"-1\"       wrong
+    rtsExt:name=\"dataport.inport.buffer.read.timeout\" rtsExt:value=\"0.5\"      right
+
+Write seconds, or leave it away for 1.0.",
+    },
+    Code {
         code: "data-type-mismatch",
         title: "a connector joins ports of different data types",
         explain: "\
@@ -131,6 +179,20 @@ the connector, the RTC Profiles in `rtc:ServiceInterface`.
     Arm0.port.cmd.required.Arm::Commands.cmd = Gui0.port.cmd.provided.Arm::Commands.cmd      right
 
 Mend the binding, or connect the ports that belong together.",
+    },
+    Code {
+        code: "unknown-policy",
+        title: "a policy of a connector is none of those that are known",
+        explain: "\
+A connector's policies are words: `dataport.publisher.push_policy` is `all`, `fifo`, `skip` or `new`;
+`….buffer.write.full_policy` is `overwrite`, `do_nothing` or `block`; `….buffer.read.empty_policy` is `readback`,
+`do_nothing` or `block`. OpenRTM logs another word and takes its default, which may lose samples or wait where nobody
+meant it; here the connector is not made.
+
+    rtsExt:name=\"dataport.publisher.push_policy\" rtsExt:value=\"newest\"      wrong
+    rtsExt:name=\"dataport.publisher.push_policy\" rtsExt:value=\"new\"         right
+
+Use a word that the help lists.",
     },
     Code {
         code: "unknown-port",

@@ -214,10 +214,10 @@ Mend the name (the help shows the nearest one), or add the component.",
     },
     Code {
         code: "unsupported-execution-kind",
-        title: "the execution context is of a kind that is not run",
+        title: "the execution context does not run by itself",
         explain: "\
-Components run periodically, at a rate. Contexts that are driven by events, by a simulator or from outside are not run by
-this version; a controller refuses such a system.
+Components run periodically, at a rate, or when samples arrive (`EVENT_DRIVEN`). Any other kind, such as that of a simulator,
+is taken for one that is driven from outside: the component is activated, and runs cycles when `rtsctl tick` asks for them.
 
 Write `PERIODIC` and a rate if the component can run so.",
     },

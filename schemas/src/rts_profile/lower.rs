@@ -15,7 +15,8 @@ use crate::system::SystemSpec;
 
 pub(crate) use component::{execution_kind, is_pseudo_set, parse_rate, type_name};
 pub(crate) use connector::{
-    CHOICES, data_type_of, direction_of, free_name, is_reversed, normal_data_type, unused_name,
+    CHOICES, data_type_of, direction_of, free_name, is_reversed, normal_data_type, properties,
+    unused_name,
 };
 pub(crate) use order::{parse_timing, parse_whole};
 pub use places::Places;

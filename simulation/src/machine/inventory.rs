@@ -82,6 +82,7 @@ impl Component {
             execution_kind: "periodic".to_owned(),
             rate: self.rate,
             executions: self.executions as u64,
+            timing: None,
             ports: self.ports.clone(),
             connectors: self.connectors.values().map(Connector::info).collect(),
             bindings,
@@ -110,6 +111,7 @@ impl Connector {
             samples_sent: self.sent as u64,
             bytes: self.sent as u64 * SAMPLE,
             drops: 0,
+            rate: 0,
         }
     }
 }
@@ -125,6 +127,7 @@ impl End {
             samples_received: source.map_or(0, |source| source.received as u64),
             drops: 0,
             gaps: 0,
+            latency: None,
         }
     }
 }

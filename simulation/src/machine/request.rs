@@ -72,6 +72,8 @@ pub(super) async fn handle(
         RequestBody::Reset { instance } => {
             done(act(handle, &instance, Action::Reset, deadline).await)
         }
+        // Simulated components have no cycles.
+        RequestBody::Tick { instance, .. } => find(handle, &instance).map(|_| ResponseBody::Done),
         RequestBody::Delete { instance } => match find(handle, &instance) {
             Ok(_) => done(act(handle, &instance, Action::Delete, deadline).await),
             Err(_) => Ok(ResponseBody::Done),
@@ -142,7 +144,9 @@ async fn load(
         Some(process.load(type_name, module, digest))
     });
     let gone = || Err(refuse(FailureCode::Internal, "the process has ended"));
-    loaded.unwrap_or_else(gone).map(ResponseBody::Module)
+    loaded
+        .unwrap_or_else(gone)
+        .map(|module| ResponseBody::Module(Box::new(module)))
 }
 
 async fn create(

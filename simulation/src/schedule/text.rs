@@ -145,6 +145,7 @@ fn act_words(f: &mut fmt::Formatter<'_>, act: &Act) -> fmt::Result {
         Act::Activate { instance } => write!(f, "activate {instance} by hand"),
         Act::Deactivate { instance } => write!(f, "deactivate {instance} by hand"),
         Act::Reset { instance } => write!(f, "reset {instance} by hand"),
+        Act::Tick { instance, cycles } => write!(f, "tick {instance} {cycles} times"),
         Act::Configure {
             instance, values, ..
         } => {

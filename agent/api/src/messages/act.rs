@@ -18,6 +18,9 @@ pub struct ActRequest {
     pub dry_run: bool,
 }
 
+/// Most cycles of one act.
+pub const MAX_TICKS: u32 = 1_000_000;
+
 /// What a person does to what runs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(
@@ -41,6 +44,13 @@ pub enum Act {
     Reset {
         /// Instance name.
         instance: String,
+    },
+    /// Runs cycles of an Active component that is driven from outside.
+    Tick {
+        /// Instance name.
+        instance: String,
+        /// How many, from 1 to [`MAX_TICKS`].
+        cycles: u32,
     },
     /// Sets configuration values, the active set, or both.
     Configure {
@@ -85,6 +95,7 @@ impl Act {
             Self::Activate { instance }
             | Self::Deactivate { instance }
             | Self::Reset { instance }
+            | Self::Tick { instance, .. }
             | Self::Configure { instance, .. }
             | Self::Disconnect { instance, .. } => instance,
             Self::Connect { source, .. } => &source.instance,

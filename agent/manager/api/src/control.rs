@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory, ModuleInfo,
-    PortInfo,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, Latency,
+    ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TimingInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use self::stand_in::StandInShape;
@@ -84,7 +84,7 @@ pub enum ResponseBody {
     /// Nothing to say.
     Done,
     /// A module was opened.
-    Module(ModuleInfo),
+    Module(Box<ModuleInfo>),
     /// Modules that are open.
     Modules(Vec<ModuleInfo>),
     /// A component was created.

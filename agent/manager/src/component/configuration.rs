@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rts_schemas::check::Limits;
+
 use crate::failure::list;
 
 /// Name of the set that every component has.
@@ -28,8 +30,14 @@ impl Configuration {
         }
     }
 
-    /// With values and perhaps another active set; what is not named stays. An unknown name is refused.
-    pub fn updated(&self, sets: &Sets, active: Option<&str>) -> Result<Self, String> {
+    /// With values and perhaps another active set; what is not named stays. An unknown name is refused, and so is a value
+    /// that the module does not allow, in whichever set it is.
+    pub fn updated(
+        &self,
+        sets: &Sets,
+        active: Option<&str>,
+        limits: &BTreeMap<String, Limits>,
+    ) -> Result<Self, String> {
         let mut updated = self.clone();
         let known = &self.sets[DEFAULT];
         for (set, values) in sets {
@@ -38,6 +46,13 @@ impl Configuration {
                     "there is no parameter `{unknown}`; the parameters are: {}",
                     list(known.keys().map(String::as_str))
                 ));
+            }
+            for (name, value) in values {
+                if let Some(problem) = limits.get(name).and_then(|limits| limits.problem(value)) {
+                    return Err(format!(
+                        "parameter `{name}` = `{value}` of the set `{set}`: {problem}"
+                    ));
+                }
             }
             let target = updated.sets.entry(set.clone()).or_default();
             target.extend(values.iter().map(|(k, v)| (k.clone(), v.clone())));
@@ -80,15 +95,39 @@ mod tests {
         BTreeMap::from([(set.to_owned(), values(text))])
     }
 
+    const NONE: &BTreeMap<String, Limits> = &BTreeMap::new();
+
+    #[test]
+    fn a_value_that_the_module_does_not_allow_is_refused_in_any_set() {
+        let made = Configuration::new(&values("a=1 b=2"));
+        let limits = BTreeMap::from([("a".to_owned(), Limits::read("int", "x<5").unwrap())]);
+        let refused = |text| {
+            made.updated(&sets("fast", text), None, &limits)
+                .unwrap_err()
+        };
+        assert_eq!(
+            refused("a=5"),
+            "parameter `a` = `5` of the set `fast`: allowed: x < 5"
+        );
+        assert_eq!(
+            refused("a=x"),
+            "parameter `a` = `x` of the set `fast`: it is no `int`"
+        );
+        assert!(
+            made.updated(&sets("fast", "a=4 b=x"), None, &limits)
+                .is_ok()
+        );
+    }
+
     #[test]
     fn the_active_set_lies_over_the_default_one() {
         let made = Configuration::new(&values("a=1 b=2"))
-            .updated(&sets("default", "b=3"), None)
+            .updated(&sets("default", "b=3"), None, NONE)
             .unwrap()
-            .updated(&sets("fast", "a=9"), Some("fast"))
+            .updated(&sets("fast", "a=9"), Some("fast"), NONE)
             .unwrap();
         assert_eq!(made.effective(), BTreeMap::from([("a", "9"), ("b", "3")]));
-        let back = made.updated(&Sets::new(), Some("default")).unwrap();
+        let back = made.updated(&Sets::new(), Some("default"), NONE).unwrap();
         assert_eq!(back.effective(), BTreeMap::from([("a", "1"), ("b", "3")]));
         assert_eq!(back.sets["fast"], values("a=9"));
     }
@@ -97,11 +136,12 @@ mod tests {
     fn unknown_names_are_refused_with_those_that_exist() {
         let made = Configuration::new(&values("a=1 b=2"));
         assert_eq!(
-            made.updated(&sets("default", "c=1"), None).unwrap_err(),
+            made.updated(&sets("default", "c=1"), None, NONE)
+                .unwrap_err(),
             "there is no parameter `c`; the parameters are: a, b"
         );
         assert_eq!(
-            made.updated(&Sets::new(), Some("fast")).unwrap_err(),
+            made.updated(&Sets::new(), Some("fast"), NONE).unwrap_err(),
             "there is no configuration set `fast`; the sets are: default"
         );
     }

@@ -6,19 +6,30 @@ use std::ffi::c_void;
 use std::mem::size_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::NonNull;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use rts_manager_api::data::MAX_SAMPLE;
-use rts_runtime::abi::{self, ABI_VERSION, Buffer, ENCODING_CDR_LE, NO_DATA, Text, return_code};
+use rts_runtime::abi::port_status::{
+    PORT_BUFFER_EMPTY, PORT_BUFFER_FULL, PORT_BUFFER_TIMEOUT, PORT_ERROR, PORT_INVALID_ARGS,
+    PORT_OK,
+};
+use rts_runtime::abi::{self, ABI_VERSION, Buffer, ENCODING_CDR_LE, Loan, Text, return_code};
 
+use super::loans::Loans;
 use super::{Component, PortEnd};
 use crate::data::Payload;
+use crate::data::in_port::InPort;
+use crate::data::out_port::OutPort;
+use crate::data::sample::{Read, Written};
 use crate::log::{Level, MAX_LINE};
 use crate::sync::lock;
 use crate::text::{self, lend};
 
 /// Longest type name of a sample.
 const MAX_TYPE: usize = 256;
+/// When the monotonic clock was first asked for.
+static START: OnceLock<Instant> = OnceLock::new();
 
 /// The host of one instance: two allocations that only this owns and that the module points to, so they are kept as raw
 /// pointers. A box that is moved would claim to be the only way to its contents.
@@ -32,6 +43,8 @@ struct Context {
     component: Arc<Component>,
     /// The sample last read of each port, which the component borrows.
     lent: Vec<Mutex<Payload>>,
+    /// Memory that the component writes samples into.
+    loans: Mutex<Loans>,
     failure: Mutex<Option<String>>,
 }
 
@@ -41,6 +54,7 @@ impl Host {
         let context = allocate(Context {
             component: Arc::clone(component),
             lent: component.ports.iter().map(|_| Mutex::default()).collect(),
+            loans: Mutex::default(),
             failure: Mutex::default(),
         });
         let abi = allocate(abi::Host {
@@ -48,9 +62,16 @@ impl Host {
             size: size_of::<abi::Host>() as u32,
             context: context.as_ptr().cast(),
             log,
+            fail,
+            now,
+            rate,
+            wake,
             write,
             read,
-            fail,
+            is_new,
+            loan,
+            publish,
+            discard,
         });
         Self { abi, context }
     }
@@ -83,18 +104,50 @@ fn allocate<T>(value: T) -> NonNull<T> {
 }
 
 impl Context {
+    fn in_port(&self, index: u32) -> Option<(usize, &InPort)> {
+        match self.component.ports.get(index as usize)? {
+            PortEnd::In(port) => Some((index as usize, port)),
+            PortEnd::Out(_) => None,
+        }
+    }
+
+    fn out_port(&self, index: u32) -> Option<&OutPort> {
+        match self.component.ports.get(index as usize)? {
+            PortEnd::Out(port) => Some(port),
+            PortEnd::In(_) => None,
+        }
+    }
+
     fn write(&self, port: u32, type_id: &[u8], encoding: u32, bytes: &[u8]) -> i32 {
-        let Some(PortEnd::Out(port)) = self.component.ports.get(port as usize) else {
-            return return_code::BAD_PARAMETER;
-        };
-        if encoding != ENCODING_CDR_LE {
-            return return_code::UNSUPPORTED;
+        match self.out_port(port) {
+            Some(port) if encoding == ENCODING_CDR_LE && type_id == port.data_type.as_bytes() => {
+                status(port.write(&Payload::copy_from_slice(bytes)))
+            }
+            _ => PORT_INVALID_ARGS,
         }
-        if type_id != port.data_type.as_bytes() {
-            return return_code::BAD_PARAMETER;
+    }
+
+    fn loan(&self, port: u32, len: usize) -> Result<(u64, *mut u8), i32> {
+        if self.out_port(port).is_none() || len > MAX_SAMPLE {
+            return Err(PORT_INVALID_ARGS);
         }
-        port.write(&Payload::copy_from_slice(bytes));
-        return_code::OK
+        lock(&self.loans).lend(port, len).ok_or(PORT_BUFFER_FULL)
+    }
+
+    fn publish(&self, token: u64, len: usize) -> i32 {
+        let given_back = lock(&self.loans).take(token, len);
+        match given_back.and_then(|(port, sample)| Some((self.out_port(port)?, sample))) {
+            Some((port, sample)) => status(port.write(&sample)),
+            None => PORT_INVALID_ARGS,
+        }
+    }
+}
+
+fn status(written: Written) -> i32 {
+    match written {
+        Written::Taken => PORT_OK,
+        Written::BufferFull => PORT_BUFFER_FULL,
+        Written::TimedOut => PORT_BUFFER_TIMEOUT,
     }
 }
 
@@ -129,13 +182,46 @@ unsafe extern "C" fn fail(context: *mut c_void, reason: Text) {
     }
 }
 
+unsafe extern "C" fn now(_context: *mut c_void, clock: u32) -> i64 {
+    match clock {
+        abi::CLOCK_REALTIME => SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .map_or(0, |since| {
+                i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+            }),
+        abi::CLOCK_MONOTONIC => {
+            let since = START.get_or_init(Instant::now).elapsed();
+            i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+        }
+        _ => 0,
+    }
+}
+
+unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
+    // SAFETY: as for `log`.
+    unsafe { guarded(context, 0.0, |context| lock(&context.component.status).rate) }
+}
+
+unsafe extern "C" fn wake(context: *mut c_void) -> i32 {
+    // SAFETY: as for `log`.
+    unsafe {
+        guarded(context, return_code::ERROR, |context| {
+            match context.component.wake() {
+                true => return_code::OK,
+                false => return_code::PRECONDITION_NOT_MET,
+            }
+        })
+    }
+}
+
 unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffer) -> i32 {
     // SAFETY: the ABI promises a valid context, and a sample that is null or valid during the call.
     unsafe {
-        guarded(context, return_code::ERROR, |context| {
-            let Some(sample) = sample.as_ref() else {
-                return return_code::BAD_PARAMETER;
-            };
+        guarded(context, PORT_ERROR, |context| {
+            if !is_ours(sample) {
+                return PORT_INVALID_ARGS;
+            }
+            let sample = &*sample;
             let bytes = Text {
                 data: sample.data,
                 len: sample.len,
@@ -144,7 +230,7 @@ unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffe
                 text::bytes(sample.type_id, MAX_TYPE),
                 text::bytes(bytes, MAX_SAMPLE),
             ) else {
-                return return_code::BAD_PARAMETER;
+                return PORT_INVALID_ARGS;
             };
             context.write(port, type_id, sample.encoding, bytes)
         })
@@ -154,25 +240,91 @@ unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffe
 unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) -> i32 {
     // SAFETY: the ABI promises a valid context, and a place for a sample that is null or may be written.
     unsafe {
-        guarded(context, return_code::ERROR, |context| {
-            let index = port as usize;
-            let (Some(PortEnd::In(port)), false) =
-                (context.component.ports.get(index), sample.is_null())
-            else {
-                return return_code::BAD_PARAMETER;
+        guarded(context, PORT_ERROR, |context| {
+            let Some((index, port)) = context.in_port(port).filter(|_| is_ours(sample)) else {
+                return PORT_INVALID_ARGS;
             };
-            let Some(payload) = port.read() else {
-                return NO_DATA;
+            let payload = match port.read() {
+                Read::Sample(payload) => payload,
+                Read::Empty => return PORT_BUFFER_EMPTY,
+                Read::TimedOut => return PORT_BUFFER_TIMEOUT,
             };
             let mut lent = lock(&context.lent[index]);
             *lent = payload;
             sample.write(Buffer {
+                abi_version: ABI_VERSION,
+                size: (*sample).size,
                 type_id: lend(&port.data_type),
                 encoding: ENCODING_CDR_LE,
+                reserved: 0,
                 data: lent.as_ptr(),
                 len: lent.len(),
             });
-            return_code::OK
+            PORT_OK
         })
     }
+}
+
+unsafe extern "C" fn is_new(context: *mut c_void, port: u32) -> i32 {
+    // SAFETY: as for `log`.
+    unsafe {
+        guarded(context, 0, |context| {
+            let port = context.in_port(port);
+            port.is_some_and(|(_, port)| port.is_new()).into()
+        })
+    }
+}
+
+unsafe extern "C" fn loan(context: *mut c_void, port: u32, len: usize, loan: *mut Loan) -> i32 {
+    // SAFETY: the ABI promises a valid context, and a place for a loan that is null or may be written.
+    unsafe {
+        guarded(context, PORT_ERROR, |context| {
+            if !is_ours(loan) {
+                return PORT_INVALID_ARGS;
+            }
+            match context.loan(port, len) {
+                Ok((token, data)) => {
+                    loan.write(Loan {
+                        abi_version: ABI_VERSION,
+                        size: (*loan).size,
+                        token,
+                        data,
+                        len,
+                    });
+                    PORT_OK
+                }
+                Err(status) => status,
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn publish(context: *mut c_void, token: u64, len: usize) -> i32 {
+    // SAFETY: as for `log`.
+    unsafe { guarded(context, PORT_ERROR, |context| context.publish(token, len)) }
+}
+
+unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
+    // SAFETY: as for `log`.
+    unsafe {
+        guarded(context, (), |context| {
+            drop(lock(&context.loans).take(token, 0));
+        });
+    }
+}
+
+/// Whether a struct that a module passes is there, of this version, and as long as this version has it.
+///
+/// # Safety
+/// `passed` is null or begins with its version and size.
+unsafe fn is_ours<T>(passed: *const T) -> bool {
+    if passed.is_null() || !passed.is_aligned() {
+        return false;
+    }
+    // SAFETY: not null and aligned, and both come first.
+    let (version, size) = unsafe {
+        let words = passed.cast::<u32>();
+        (words.read(), words.add(1).read())
+    };
+    version == ABI_VERSION && size as usize >= size_of::<T>()
 }

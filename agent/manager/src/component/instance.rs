@@ -21,6 +21,8 @@ use crate::text::lend;
 pub struct Instance {
     body: Body,
     component: Arc<Component>,
+    /// Callbacks that it implements, as far as is known, a bit each.
+    actions: u32,
 }
 
 enum Body {
@@ -54,11 +56,15 @@ impl Instance {
         Ok(Self {
             body,
             component: Arc::clone(component),
+            actions: component.module.actions,
         })
     }
 
-    /// Calls a callback.
+    /// Calls a callback, if the component has it.
     pub fn callback(&mut self, number: u32) -> Result<(), CallFailed> {
+        if self.actions & 1 << number == 0 {
+            return Ok(());
+        }
         let name = callback_name(number);
         self.component.in_ports().for_each(|port| port.begin());
         let made = match &mut self.body {
@@ -76,6 +82,10 @@ impl Instance {
             // SAFETY: the instance was made by this module, lives, and is used by this thread alone.
             unsafe { (made.functions.callback)(made.pointer, number) }
         });
+        if code == return_code::NOT_IMPLEMENTED {
+            self.actions &= !(1 << number);
+            return Ok(());
+        }
         check(name, code, &made.host)
     }
 

@@ -32,14 +32,28 @@ impl State {
 pub enum Transition {
     /// After its creation.
     Initialize,
+    /// Its execution context starts.
+    StartUp,
     /// Start to execute.
     Activate,
+    /// First half of a cycle.
+    Execute,
+    /// Second half of a cycle.
+    UpdateState,
+    /// A cycle in Error.
+    Dwell,
+    /// Its rate is another one now.
+    ChangeRate,
+    /// Parameters were set.
+    Configure,
     /// Stop to execute.
     Deactivate,
-    /// A callback failed while it was active or was being activated or deactivated, or one that was told of a new rate.
+    /// A callback failed while it was active or was being activated or deactivated, or one that was told of a change.
     Abort,
     /// Leave Error.
     Reset,
+    /// Its execution context stops.
+    ShutDown,
     /// Before its deletion.
     Finalize,
 }
@@ -62,32 +76,46 @@ pub enum Verdict {
     Refused(&'static str),
 }
 
-/// The table.
+/// The table. From Created, Inactive or Active to Error it goes by `Abort`, whose callback is called as well.
 pub fn verdict(state: State, transition: Transition) -> Verdict {
     use State::{Active, Created, Error, Inactive};
-    use Transition::{Abort, Activate, Deactivate, Finalize, Initialize, Reset};
+    use Transition::{
+        Abort, Activate, ChangeRate, Configure, Deactivate, Dwell, Execute, Finalize, Initialize,
+        Reset, ShutDown, StartUp, UpdateState,
+    };
     let call = |callback, then, otherwise| Verdict::Call {
         callback,
         then,
         otherwise,
     };
     match (transition, state) {
-        (Initialize, Created) => call(callback::INITIALIZE, Inactive, Created),
-        (Activate, Inactive) => call(callback::ACTIVATED, Active, Error),
-        (Deactivate, Active) => call(callback::DEACTIVATED, Inactive, Error),
-        (Abort, Inactive | Active) => call(callback::ABORTING, Error, Error),
-        (Reset, Error) => call(callback::RESET, Inactive, Error),
-        (Finalize, Inactive | Error) => call(callback::FINALIZE, Created, Created),
+        (Initialize, Created) => call(callback::ON_INITIALIZE, Inactive, Created),
+        (StartUp, Inactive) => call(callback::ON_STARTUP, Inactive, Inactive),
+        (Activate, Inactive) => call(callback::ON_ACTIVATED, Active, Error),
+        (Execute, Active) => call(callback::ON_EXECUTE, Active, Error),
+        (UpdateState, Active) => call(callback::ON_STATE_UPDATE, Active, Error),
+        (Dwell, Error) => call(callback::ON_ERROR, Error, Error),
+        (ChangeRate, Inactive | Active | Error) => call(callback::ON_RATE_CHANGED, state, Error),
+        (Configure, Inactive | Active | Error) => call(callback::ON_CONFIGURED, state, Error),
+        (Deactivate, Active) => call(callback::ON_DEACTIVATED, Inactive, Error),
+        (Abort, Inactive | Active) => call(callback::ON_ABORTING, Error, Error),
+        (Reset, Error) => call(callback::ON_RESET, Inactive, Error),
+        (ShutDown, Inactive | Error) => call(callback::ON_SHUTDOWN, state, state),
+        (Finalize, Inactive | Error) => call(callback::ON_FINALIZE, Created, Created),
         (Initialize, Inactive | Active | Error)
         | (Activate, Active)
+        | (Execute | UpdateState, Created | Inactive | Error)
+        | (Dwell, Created | Inactive | Active)
+        | (ChangeRate | Configure, Created)
         | (Deactivate, Inactive | Error)
         | (Abort, Error)
         | (Reset, Inactive)
-        | (Finalize, Created) => Verdict::Already,
+        | (ShutDown | Finalize, Created) => Verdict::Already,
+        (StartUp, Active | Error) => Verdict::Refused("its execution context runs already"),
         (Activate, Error) => Verdict::Refused("it is in Error: reset it first"),
         (Reset, Active) => Verdict::Refused("it is Active: there is nothing to reset"),
-        (Finalize, Active) => Verdict::Refused("it is Active: deactivate it first"),
-        (Activate | Deactivate | Reset | Abort, Created) => {
+        (ShutDown | Finalize, Active) => Verdict::Refused("it is Active: deactivate it first"),
+        (StartUp | Activate | Deactivate | Reset | Abort, Created) => {
             Verdict::Refused("it is not initialised")
         }
     }
@@ -96,18 +124,19 @@ pub fn verdict(state: State, transition: Transition) -> Verdict {
 /// Name of a callback.
 pub fn callback_name(number: u32) -> &'static str {
     match number {
-        callback::INITIALIZE => "on_initialize",
-        callback::FINALIZE => "on_finalize",
-        callback::STARTUP => "on_startup",
-        callback::SHUTDOWN => "on_shutdown",
-        callback::ACTIVATED => "on_activated",
-        callback::DEACTIVATED => "on_deactivated",
-        callback::ABORTING => "on_aborting",
-        callback::ERROR => "on_error",
-        callback::RESET => "on_reset",
-        callback::EXECUTE => "on_execute",
-        callback::STATE_UPDATE => "on_state_update",
-        callback::RATE_CHANGED => "on_rate_changed",
+        callback::ON_INITIALIZE => "on_initialize",
+        callback::ON_FINALIZE => "on_finalize",
+        callback::ON_STARTUP => "on_startup",
+        callback::ON_SHUTDOWN => "on_shutdown",
+        callback::ON_ACTIVATED => "on_activated",
+        callback::ON_DEACTIVATED => "on_deactivated",
+        callback::ON_ABORTING => "on_aborting",
+        callback::ON_ERROR => "on_error",
+        callback::ON_RESET => "on_reset",
+        callback::ON_EXECUTE => "on_execute",
+        callback::ON_STATE_UPDATE => "on_state_update",
+        callback::ON_RATE_CHANGED => "on_rate_changed",
+        callback::ON_CONFIGURED => "on_configured",
         _ => "an unknown callback",
     }
 }
@@ -120,48 +149,72 @@ mod tests {
     fn the_table() {
         use Transition::*;
         let mut text = String::new();
-        for transition in [Initialize, Activate, Deactivate, Abort, Reset, Finalize] {
+        for transition in [
+            Initialize,
+            StartUp,
+            Activate,
+            Execute,
+            UpdateState,
+            Dwell,
+            ChangeRate,
+            Configure,
+            Deactivate,
+            Abort,
+            Reset,
+            ShutDown,
+            Finalize,
+        ] {
             for state in [State::Created, State::Inactive, State::Active, State::Error] {
                 let outcome = match verdict(state, transition) {
                     Verdict::Call {
                         callback,
                         then,
                         otherwise,
-                    } => format!(
-                        "{} -> {then:?}, else {otherwise:?}",
-                        callback_name(callback)
-                    ),
+                    } => {
+                        let by = match (state, otherwise) {
+                            (State::Error, _) => "",
+                            (_, State::Error) if transition != Abort => " by Abort",
+                            _ => "",
+                        };
+                        let name = callback_name(callback);
+                        format!("{name} -> {then:?}, else {otherwise:?}{by}")
+                    }
                     Verdict::Already => "nothing to do".to_owned(),
                     Verdict::Refused(why) => format!("refused: {why}"),
                 };
                 text += &format!("{transition:?} {state:?}: {outcome}\n");
             }
         }
-        insta::assert_snapshot!(text, @r"
-        Initialize Created: on_initialize -> Inactive, else Created
-        Initialize Inactive: nothing to do
-        Initialize Active: nothing to do
-        Initialize Error: nothing to do
-        Activate Created: refused: it is not initialised
-        Activate Inactive: on_activated -> Active, else Error
-        Activate Active: nothing to do
-        Activate Error: refused: it is in Error: reset it first
-        Deactivate Created: refused: it is not initialised
-        Deactivate Inactive: nothing to do
-        Deactivate Active: on_deactivated -> Inactive, else Error
-        Deactivate Error: nothing to do
-        Abort Created: refused: it is not initialised
-        Abort Inactive: on_aborting -> Error, else Error
-        Abort Active: on_aborting -> Error, else Error
-        Abort Error: nothing to do
-        Reset Created: refused: it is not initialised
-        Reset Inactive: nothing to do
-        Reset Active: refused: it is Active: there is nothing to reset
-        Reset Error: on_reset -> Inactive, else Error
-        Finalize Created: nothing to do
-        Finalize Inactive: on_finalize -> Created, else Created
-        Finalize Active: refused: it is Active: deactivate it first
-        Finalize Error: on_finalize -> Created, else Created
-        ");
+        insta::assert_snapshot!(text);
+    }
+
+    #[test]
+    fn every_callback_is_in_the_table() {
+        use Transition::*;
+        let all = [
+            Initialize,
+            StartUp,
+            Activate,
+            Execute,
+            UpdateState,
+            Dwell,
+            ChangeRate,
+            Configure,
+            Deactivate,
+            Abort,
+            Reset,
+            ShutDown,
+            Finalize,
+        ];
+        let states = [State::Created, State::Inactive, State::Active, State::Error];
+        let called: std::collections::BTreeSet<u32> = all
+            .into_iter()
+            .flat_map(|transition| states.map(|state| verdict(state, transition)))
+            .filter_map(|verdict| match verdict {
+                Verdict::Call { callback, .. } => Some(callback),
+                _ => None,
+            })
+            .collect();
+        assert!(called.into_iter().eq(0..callback::CALLBACKS));
     }
 }

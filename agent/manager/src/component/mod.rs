@@ -5,13 +5,15 @@ mod configuration;
 mod host;
 mod instance;
 mod lifecycle;
+mod loans;
 mod loss;
 mod run;
 mod spawn;
 mod steps;
+mod timing;
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -26,12 +28,13 @@ pub use self::lifecycle::State;
 use self::loss::Loss;
 pub use self::loss::policy;
 pub use self::spawn::spawn;
+use self::timing::Timing;
 use crate::data::connector::Connector;
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
 use crate::failure::{failure, list, not_found};
 use crate::log_file::LogFile;
-use crate::module::Module;
+use crate::module::{Execution, Module};
 use crate::sync::lock;
 
 /// A call into the module that takes this long is shown.
@@ -61,11 +64,16 @@ pub struct Component {
     pub identity: Identity,
     /// Its module.
     pub module: Arc<Module>,
+    /// What drives it.
+    pub execution: Execution,
     /// Its ports, by their index in the ABI.
     pub ports: Vec<PortEnd>,
     status: Mutex<Status>,
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
+    timing: Timing,
+    /// A cycle was asked for, of an event-driven execution context.
+    woken: AtomicBool,
     /// Its log.
     pub log: LogFile,
     commands: SyncSender<Order>,
@@ -110,6 +118,8 @@ pub enum Order {
     Obey(Command),
     /// A peer was lost.
     Attend,
+    /// A cycle was asked for.
+    Wake,
 }
 
 /// A request to the thread that runs it.
@@ -132,6 +142,11 @@ pub enum Action {
     },
     /// Error → Inactive.
     Reset,
+    /// Run cycles, when it is driven from outside.
+    Tick {
+        /// How many.
+        cycles: u32,
+    },
     /// Finalise and delete.
     Delete,
     /// Change in place.
@@ -312,7 +327,8 @@ impl Component {
             message: status.message.clone(),
             sets: status.configuration.sets.clone(),
             active: status.configuration.active.clone(),
-            execution_kind: PERIODIC.to_owned(),
+            execution_kind: self.execution.name().to_owned(),
+            timing: self.timing.info(),
             rate: status.rate,
             executions: self.executions.load(Ordering::Relaxed),
             ports: self.module.port_infos(),
@@ -332,6 +348,27 @@ impl Component {
         })
     }
 
+    /// Asks its execution context for a cycle. False when that is not event-driven.
+    pub fn wake(&self) -> bool {
+        if self.execution != Execution::EventDriven {
+            return false;
+        }
+        if !self.woken.swap(true, Ordering::AcqRel) {
+            // Without room its thread has requests to obey, and looks after each.
+            let _ = self.commands.try_send(Order::Wake);
+        }
+        true
+    }
+
+    fn is_woken(&self) -> bool {
+        self.woken.load(Ordering::Acquire)
+    }
+
+    /// Whether a cycle was asked for; what is asked from now on is another one.
+    fn take_wake(&self) -> bool {
+        self.woken.swap(false, Ordering::AcqRel)
+    }
+
     fn state(&self) -> State {
         lock(&self.status).state
     }
@@ -340,6 +377,3 @@ impl Component {
         format!("component/{}", self.identity.instance)
     }
 }
-
-/// The only kind of execution context in this version.
-pub const PERIODIC: &str = "periodic";

@@ -2,19 +2,20 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::Failure;
-use rts_runtime::abi::callback;
+use rts_manager_api::control::{Failure, FailureCode};
 
 use super::instance::{CallFailed, Instance};
 use super::lifecycle::Transition;
 use super::steps::refusal;
 use super::{Action, Command, Component, Order, State};
 use crate::data::Parting;
+use crate::failure::{failure, invalid};
 use crate::log::Level;
 use crate::manager::Manager;
+use crate::module::Execution;
 use crate::sync::lock;
 
 type Reply = SyncSender<Result<(), Failure>>;
@@ -89,9 +90,9 @@ impl<'a> Context<'a> {
             next: Instant::now(),
         };
         context.transition(Transition::Initialize)?;
-        if let Err(error) = context.instance.callback(callback::STARTUP) {
+        if let Err(failure) = context.transition(Transition::StartUp) {
             let _ = context.transition(Transition::Finalize);
-            return Err(named(error));
+            return Err(failure);
         }
         Ok(context)
     }
@@ -100,15 +101,11 @@ impl<'a> Context<'a> {
     /// peer is why.
     fn serve(&mut self, orders: &Receiver<Order>) -> Option<Reply> {
         loop {
-            let order = if self.ticks() {
-                orders.recv_timeout(self.next.saturating_duration_since(Instant::now()))
-            } else {
-                orders.recv().map_err(RecvTimeoutError::from)
-            };
+            let order = self.wait(orders);
             if self.attend() {
                 return None;
             }
-            if let Ok(Order::Obey(command)) = order
+            if let Some(Order::Obey(command)) = order
                 && let Some(deleted) = self.obey(command)
             {
                 return Some(deleted);
@@ -116,35 +113,104 @@ impl<'a> Context<'a> {
             if self.attend() {
                 return None;
             }
-            let now = Instant::now();
-            if self.ticks() && now >= self.next {
+            if self.is_due() {
                 self.cycle();
-                self.next = next_tick(self.next, Instant::now(), self.period);
             }
         }
     }
 
-    fn ticks(&self) -> bool {
+    /// Waits for an order, or for the next cycle.
+    fn wait(&self, orders: &Receiver<Order>) -> Option<Order> {
+        match self.component.execution {
+            Execution::Periodic if self.runs() => {
+                let left = self.next.saturating_duration_since(Instant::now());
+                orders.recv_timeout(left).ok()
+            }
+            Execution::EventDriven if self.runs() && self.component.is_woken() => {
+                orders.try_recv().ok()
+            }
+            // The component itself holds the other end.
+            _ => orders.recv().ok(),
+        }
+    }
+
+    fn runs(&self) -> bool {
         matches!(self.component.state(), State::Active | State::Error)
     }
 
+    /// Whether it is time for a cycle that nobody asked for by a request.
+    fn is_due(&self) -> bool {
+        self.runs()
+            && match self.component.execution {
+                Execution::Periodic => Instant::now() >= self.next,
+                Execution::EventDriven => self.component.take_wake(),
+                Execution::External => false,
+            }
+    }
+
     fn cycle(&mut self) {
+        let start = Instant::now();
+        let planned = self.next;
+        let is_periodic = self.component.execution == Execution::Periodic;
+        if self.component.state() == State::Active {
+            self.component.executions.fetch_add(1, Ordering::Relaxed);
+            // A failure leads to Error, where it is told.
+            let _ = self
+                .transition(Transition::Execute)
+                .and_then(|()| self.transition(Transition::UpdateState));
+            let timing = &self.component.timing;
+            timing.execution.add(start.elapsed());
+            if is_periodic {
+                timing.jitter.add(start.saturating_duration_since(planned));
+            }
+        } else {
+            let _ = self.transition(Transition::Dwell);
+        }
+        if is_periodic {
+            let now = Instant::now();
+            if now >= planned + self.period {
+                self.component.timing.count_overrun();
+            }
+            self.next = next_tick(planned, now, self.period);
+        }
+    }
+
+    /// Runs cycles for whoever drives it from outside.
+    fn tick(&mut self, cycles: u32, deadline: Instant) -> Result<(), Failure> {
+        let name = &self.component.identity.instance;
+        let execution = self.component.execution;
+        if execution != Execution::External {
+            return Err(invalid(format!(
+                "{name} is run by its own execution context ({}); only one of the kind {} is ticked",
+                execution.name(),
+                Execution::External.name()
+            )));
+        }
+        for done in 0..cycles {
+            let state = self.component.state();
+            if state != State::Active {
+                let message = format!("{name} is {} after {done} of {cycles} cycles", state.name());
+                return Err(failure(FailureCode::ComponentFailed, message));
+            }
+            if Instant::now() >= deadline {
+                let message = format!("{name} ran {done} of {cycles} cycles in time");
+                return Err(failure(FailureCode::Deadline, message));
+            }
+            self.cycle();
+            let stops = lock(&self.component.loss).is_some();
+            if stops && done + 1 < cycles {
+                let message = format!("{name} lost a peer after {} of {cycles} cycles", done + 1);
+                return Err(failure(FailureCode::ComponentFailed, message));
+            }
+        }
         match self.component.state() {
-            State::Active => {
-                self.component.executions.fetch_add(1, Ordering::Relaxed);
-                let outcome = self
-                    .instance
-                    .callback(callback::EXECUTE)
-                    .and_then(|()| self.instance.callback(callback::STATE_UPDATE));
-                if let Err(error) = outcome {
-                    self.abort(&error.message);
-                }
+            State::Active => Ok(()),
+            state => {
+                let reason = lock(&self.component.status).message.clone();
+                let reason = reason.map_or(String::new(), |reason| format!(": {reason}"));
+                let message = format!("{name} went to {}{reason}", state.name());
+                Err(failure(FailureCode::ComponentFailed, message))
             }
-            State::Error => {
-                // It is in Error already; on_error has no other way to complain than its log.
-                let _ = self.instance.callback(callback::ERROR);
-            }
-            State::Created | State::Inactive => {}
         }
     }
 
@@ -160,6 +226,7 @@ impl<'a> Context<'a> {
             Action::Activate => self.activate(),
             Action::Deactivate { by_hand } => self.deactivate(by_hand),
             Action::Reset => self.transition(Transition::Reset),
+            Action::Tick { cycles } => self.tick(cycles, command.deadline),
             Action::Configure {
                 sets,
                 active,
@@ -189,9 +256,7 @@ impl<'a> Context<'a> {
         // A failing on_deactivated leads to Error, which is as good a state to finalise from.
         let _ = self.transition(Transition::Deactivate);
         self.manager.detach(self.component, parting);
-        if let Err(error) = self.instance.callback(callback::SHUTDOWN) {
-            self.component.log.write(Level::Warn, &error.message);
-        }
+        let _ = self.transition(Transition::ShutDown);
         let _ = self.transition(Transition::Finalize);
     }
 }

@@ -1,7 +1,7 @@
 //! Making a component: its visible part first, then its thread.
 
 use std::path::Path;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -13,14 +13,14 @@ use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::rate_problem;
 
 use super::{
-    Component, Configuration, Identity, PERIODIC, Pending, PortEnd, State, Status, policy, run,
+    Component, Configuration, Identity, Pending, PortEnd, State, Status, Timing, policy, run,
 };
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
 use crate::failure::{internal, invalid};
 use crate::log_file::LogFile;
 use crate::manager::Manager;
-use crate::module::{Direction, Module};
+use crate::module::{Direction, Execution, Module};
 
 /// Requests that may wait for one component.
 const COMMANDS: usize = 128;
@@ -33,8 +33,9 @@ pub fn spawn(
     deadline: Instant,
 ) -> Result<String, Failure> {
     check(request)?;
+    let execution = execution(request, &module)?;
     let configuration = Configuration::new(&module.parameters)
-        .updated(&request.sets, request.active.as_deref())
+        .updated(&request.sets, request.active.as_deref(), &module.limits)
         .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
     let rate = request.rate.unwrap_or(module.default_rate);
     check_rate(rate)?;
@@ -48,6 +49,7 @@ pub fn spawn(
     let (commands, received) = sync_channel(COMMANDS);
     let component = Arc::new(Component {
         identity: identity(request),
+        execution,
         ports: module.ports.iter().map(port_end).collect(),
         module,
         status: Mutex::new(Status {
@@ -61,11 +63,23 @@ pub fn spawn(
         }),
         busy: Mutex::default(),
         executions: AtomicU64::new(0),
+        timing: Timing::default(),
+        woken: AtomicBool::new(false),
         log,
         commands,
         loss: Mutex::default(),
         wiring: Mutex::default(),
     });
+    if execution == Execution::EventDriven {
+        for port in component.in_ports() {
+            let component = Arc::downgrade(&component);
+            port.on_arrival(move || {
+                if let Some(component) = component.upgrade() {
+                    component.wake();
+                }
+            });
+        }
+    }
     manager.add_component(&component)?;
 
     let (reply, answer) = sync_channel(1);
@@ -93,12 +107,6 @@ fn check(request: &CreateRequest) -> Result<(), Failure> {
             "the instance name {name:?} is refused: {problem}"
         )));
     }
-    if request.execution_kind != PERIODIC {
-        return Err(invalid(format!(
-            "{name}: the execution context kind `{}` is not known; use `{PERIODIC}`",
-            request.execution_kind
-        )));
-    }
     if !Path::new(&request.log_path).is_absolute() {
         return Err(invalid(format!(
             "{name}: the log path `{}` is not absolute",
@@ -106,6 +114,19 @@ fn check(request: &CreateRequest) -> Result<(), Failure> {
         )));
     }
     Ok(())
+}
+
+/// What drives it: as it is asked for, or, when nothing is, as its module wants it.
+fn execution(request: &CreateRequest, module: &Module) -> Result<Execution, Failure> {
+    if request.execution_kind.is_empty() {
+        return Ok(module.execution);
+    }
+    Execution::of(&request.execution_kind).ok_or_else(|| {
+        invalid(format!(
+            "{}: the execution context kind `{}` is not known; use periodic, eventDriven or other",
+            request.instance, request.execution_kind
+        ))
+    })
 }
 
 /// Refuses what is no rate. One that no thread can keep is run as fast as it goes.

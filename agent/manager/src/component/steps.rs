@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use rts_manager_api::control::{Failure, FailureCode};
-use rts_runtime::abi::{callback, return_code};
+use rts_runtime::abi::return_code;
 use rts_schemas::system::OnDisconnect;
 
 use super::configuration::Sets;
@@ -29,9 +29,11 @@ impl Context<'_> {
                 otherwise,
             } => (callback, then, otherwise),
         };
-        let starts = then == State::Active;
+        let starts = transition == Transition::Activate;
         if starts {
             self.check_peers()?;
+            // What asked for a cycle before has nothing to ask for any more.
+            self.component.take_wake();
             self.forget_samples();
         }
         match self.instance.callback(number) {
@@ -39,21 +41,32 @@ impl Context<'_> {
                 if starts {
                     self.forget_samples();
                 }
-                self.enter(then, None);
-                self.next = Instant::now();
+                if then != state {
+                    self.enter(then, None);
+                    self.next = Instant::now();
+                }
                 Ok(())
             }
             Err(error) => {
-                if otherwise == State::Error && state != State::Error {
-                    self.abort(&error.message);
-                } else {
-                    self.enter(otherwise, Some(error.message.clone()));
-                }
+                self.failed(transition, state, otherwise, &error);
                 Err(failure(
                     FailureCode::ComponentFailed,
                     format!("{name}: {}", error.message),
                 ))
             }
+        }
+    }
+
+    /// A callback failed: what becomes of the component.
+    fn failed(&mut self, transition: Transition, from: State, to: State, error: &CallFailed) {
+        use Transition::{Dwell, Initialize, Reset, StartUp};
+        match transition {
+            Initialize | Reset => self.enter(to, Some(error.message.clone())),
+            // Creation says why it fails; what is in Error has said why, and would say it each cycle.
+            StartUp | Dwell => {}
+            _ if to == State::Error && from != State::Error => self.abort(&error.message),
+            _ if to != from => self.enter(to, Some(error.message.clone())),
+            _ => self.component.log.write(Level::Warn, &error.message),
         }
     }
 
@@ -131,7 +144,7 @@ impl Context<'_> {
         rate.map_or(Ok(()), check_rate)?;
         let old = lock(&self.component.status).configuration.clone();
         let new = old
-            .updated(sets, active)
+            .updated(sets, active, &self.component.module.limits)
             .map_err(|e| invalid(format!("{}: {e}", self.component.identity.instance)))?;
         let before = old.effective();
         let mut taken = Vec::new();
@@ -151,12 +164,19 @@ impl Context<'_> {
                 .log
                 .write(Level::Info, &format!("configured {name} = {value}"));
         }
+        let any = before != new.effective();
         {
             let mut status = lock(&self.component.status);
             status.configuration = new;
             status.on_disconnect = on_disconnect.unwrap_or(status.on_disconnect);
         }
-        rate.map_or(Ok(()), |rate| self.set_rate(rate))
+        let rate = rate.map_or(Ok(()), |rate| self.set_rate(rate));
+        let told = if any {
+            self.transition(Transition::Configure)
+        } else {
+            Ok(())
+        };
+        rate.and(told)
     }
 
     /// Changes the rate. The new one holds even when `on_rate_changed` fails; that leads to Error, as in OpenRTM-aist, so
@@ -171,11 +191,7 @@ impl Context<'_> {
         self.component
             .log
             .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        let told = self.instance.callback(callback::RATE_CHANGED);
-        told.map_err(|error| {
-            self.abort(&error.message);
-            refusal(self.component, &error)
-        })
+        self.transition(Transition::ChangeRate)
     }
 }
 

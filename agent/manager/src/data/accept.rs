@@ -11,6 +11,8 @@ use rts_manager_api::net::Timed;
 
 use super::binding::{Bindings, End};
 use super::receive::receive;
+use super::sender::Agreed;
+use super::settings;
 use super::{ENCODING, Ended};
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
@@ -26,12 +28,15 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, manager: &Manager) {
         let closer = stream
             .try_clone()
             .map_err(|e| internal(format!("the connection cannot be kept: {e}")))?;
-        let source = end.open(Some(closer), events)?;
+        let settings = settings(&hello.properties)?;
+        let source = end.open(Some(closer), settings, None, events)?;
         Ok((end, source))
     });
     let reply = DataReply {
         result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
         good_bye: true,
+        pull: true,
+        stamped: hello.stamped,
     };
     let mut timed = Timed::new(stream, Instant::now() + PATIENCE);
     let sent = frame::write_answer(&mut timed, &reply);
@@ -42,7 +47,13 @@ pub fn serve(stream: &UnixStream, hello: &DataHello, manager: &Manager) {
         .map_err(|e| e.to_string())
         .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()));
     let ended = match &agreed {
-        Ok(()) => receive(stream, &end.port, &source, hello.good_bye),
+        Ok(()) => {
+            let agreed = Agreed {
+                good_bye: hello.good_bye,
+                stamped: hello.stamped,
+            };
+            receive(stream, &end.port, &source, agreed)
+        }
         Err(reason) => Ended::Lost(reason.clone()),
     };
     if !end.port.close(&source, ended.parting()) {

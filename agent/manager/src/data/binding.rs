@@ -6,8 +6,11 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{Binding, BindingInfo, Failure};
 
+use rts_schemas::connector::ConnectorSettings;
+
 use super::Parting;
 use super::in_port::InPort;
+use super::outbox::Outbox;
 use super::source::{Counts, Source};
 use crate::events::Events;
 use crate::failure::{conflict, not_found};
@@ -50,6 +53,8 @@ impl End {
     pub fn open(
         &self,
         stream: Option<UnixStream>,
+        settings: ConnectorSettings,
+        outbox: Option<Arc<Outbox>>,
         events: &Events,
     ) -> Result<Arc<Source>, Failure> {
         let mut link = lock(&self.link);
@@ -59,7 +64,8 @@ impl End {
                 self.binding.instance, self.binding.port, self.binding.connector
             )));
         }
-        let source = Arc::new(Source::new(stream));
+        let source = Arc::new(Source::new(stream, settings, outbox));
+        self.port.open(&source);
         let former = link.source.replace(Arc::clone(&source));
         drop(link);
         let reason = "another source took its place";
@@ -116,6 +122,7 @@ impl End {
             samples_received: counts.received,
             drops: counts.drops,
             gaps: counts.gaps,
+            latency: counts.latency,
         }
     }
 }
@@ -201,7 +208,9 @@ mod tests {
         let (bindings, events) = (Bindings::default(), Events::default());
         let add = |end| bindings.add(end, &events, || Ok(())).unwrap();
         let first = add(end("in", "i1"));
-        let source = first.open(None, &events).unwrap();
+        let source = first
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
         add(end("in", "i1"));
         assert!(source.is_open());
         add(end("other", "i1"));
@@ -218,7 +227,9 @@ mod tests {
         let lost = || bindings.lost_of("i1");
         let bound = bind();
         assert_eq!(lost(), None, "it never had a source");
-        let source = bound.open(None, &events).unwrap();
+        let source = bound
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
         bound.port.close(&source, Parting::Loss);
         bind();
         assert_eq!(
@@ -227,11 +238,15 @@ mod tests {
             "bound again is not opened again"
         );
         assert_eq!(bindings.lost_of("i2"), None);
-        let source = bound.open(None, &events).unwrap();
+        let source = bound
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
         assert_eq!(lost(), None);
         bound.port.close(&source, Parting::GoodBye);
         assert_eq!(lost(), None, "an order is no loss");
-        let source = bound.open(None, &events).unwrap();
+        let source = bound
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
         bound.port.close(&source, Parting::Loss);
         bindings.remove("c");
         assert_eq!(lost(), None);
@@ -240,8 +255,12 @@ mod tests {
     #[test]
     fn the_newest_source_wins() {
         let (end, events) = (end("in", "i1"), Events::default());
-        let first = end.open(None, &events).unwrap();
-        let second = end.open(None, &events).unwrap();
+        let first = end
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
+        let second = end
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap();
         assert!(!first.is_open() && second.is_open());
         end.close(&events, Parting::GoodBye);
         assert!(!second.is_open() && !end.info().connected);
@@ -255,7 +274,9 @@ mod tests {
             .remove("c")
             .unwrap()
             .close(&events, Parting::GoodBye);
-        let refusal = end.open(None, &events).unwrap_err();
+        let refusal = end
+            .open(None, ConnectorSettings::default(), None, &events)
+            .unwrap_err();
         assert!(refusal.message.contains("it was unbound"), "{refusal}");
         assert!(!end.info().connected);
     }

@@ -3,10 +3,15 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use std::time::Instant;
+
 use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
 
 use super::in_port::InPort;
 use super::outbox::Outbox;
+use super::rate::Rate;
+use super::sample::{Sample, Written, now};
+use super::sender::Sender;
 use super::source::Source;
 use super::{Parting, Payload};
 use crate::sync::lock;
@@ -23,10 +28,18 @@ pub struct Connector {
     sent: AtomicU64,
     bytes: AtomicU64,
     drops: AtomicU64,
+    rate: Rate,
+}
+
+/// A sample that found no room.
+#[derive(Debug)]
+pub struct Full {
+    link: Link,
+    sample: Sample,
 }
 
 /// How a connector reaches its target.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Link {
     /// The other end was not heard yet.
     Connecting,
@@ -36,9 +49,11 @@ pub enum Link {
         port: Arc<InPort>,
         /// This connection there.
         source: Arc<Source>,
+        /// Where samples wait for a publisher, or for a reader that fetches; without it they are handed over at once.
+        outbox: Option<Arc<Outbox>>,
     },
     /// Over a socket.
-    Socket(Arc<Outbox>),
+    Socket(Arc<Sender>),
     /// It ended, and how.
     Closed(Parting),
 }
@@ -47,10 +62,10 @@ impl Link {
     fn close(&self, parting: Parting) {
         match self {
             Self::Connecting | Self::Closed(_) => {}
-            Self::Direct { port, source } => {
+            Self::Direct { port, source, .. } => {
                 port.close(source, parting);
             }
-            Self::Socket(outbox) => outbox.close(parting),
+            Self::Socket(sender) => sender.close(parting),
         }
     }
 }
@@ -66,6 +81,7 @@ impl Connector {
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             drops: AtomicU64::new(0),
+            rate: Rate::default(),
         }
     }
 
@@ -88,24 +104,73 @@ impl Connector {
         !matches!(former, Link::Closed(_))
     }
 
-    /// Sends a sample when it is connected.
-    pub fn push(&self, payload: &Payload) {
+    /// Sends a sample when it is connected. One that finds no room is given back, to wait for it without holding other
+    /// connectors up.
+    pub fn offer(&self, payload: &Payload, written: u64) -> Result<(), Full> {
+        let link = lock(&self.link).clone();
+        if matches!(link, Link::Connecting | Link::Closed(_)) {
+            return Ok(());
+        }
         let size = payload.len() as u64;
-        // Only the owner's thread pushes, so the number cannot be taken twice.
-        let sequence = self.sent.load(Ordering::Relaxed) + 1;
-        let count = || {
-            self.bytes.fetch_add(size, Ordering::Relaxed);
-            self.sent.store(sequence, Ordering::Release);
+        self.rate.count(written);
+        self.bytes.fetch_add(size, Ordering::Relaxed);
+        // Only the owner's thread writes, so the number cannot be taken twice. A reader must not count it earlier.
+        let sequence = self.sent.fetch_add(1, Ordering::Release) + 1;
+        let sample = Sample {
+            sequence,
+            written,
+            payload: payload.clone(),
         };
-        match &*lock(&self.link) {
-            Link::Direct { port, source } => {
-                port.push(source, sequence, payload.clone(), count);
-            }
-            Link::Socket(outbox) => {
-                let drops = outbox.push(sequence, payload.clone(), count);
-                self.drops.fetch_add(drops, Ordering::Relaxed);
-            }
-            Link::Connecting | Link::Closed(_) => {}
+        let (offered, drops) = match &link {
+            Link::Connecting | Link::Closed(_) => (Ok(()), 0),
+            Link::Direct {
+                outbox: Some(outbox),
+                ..
+            } => outbox.offer(sample),
+            Link::Direct { port, source, .. } => (port.offer(source, sample), 0),
+            Link::Socket(sender) => sender.offer(sample),
+        };
+        self.drops.fetch_add(drops, Ordering::Relaxed);
+        offered.map_err(|sample| Full { link, sample })
+    }
+
+    /// Waits for room for a sample that found none, as the policy says.
+    pub fn wait(&self, full: Full, began: Instant) -> Written {
+        let Full { link, sample } = full;
+        let outbox = match &link {
+            Link::Connecting | Link::Closed(_) => return Written::Taken,
+            // What is dropped at the in-port is counted there.
+            Link::Direct {
+                port,
+                source,
+                outbox: None,
+            } => return port.wait(source, sample, began, || true),
+            Link::Direct {
+                outbox: Some(outbox),
+                ..
+            } => outbox,
+            Link::Socket(sender) => &sender.outbox,
+        };
+        let written = outbox.wait(sample, began);
+        if written != Written::Taken {
+            self.drops.fetch_add(1, Ordering::Relaxed);
+        }
+        written
+    }
+
+    /// True while its writer waits for room.
+    #[cfg(test)]
+    pub fn holds_its_writer(&self) -> bool {
+        match lock(&self.link).clone() {
+            Link::Connecting | Link::Closed(_) => false,
+            Link::Direct {
+                port, outbox: None, ..
+            } => port.has_sleepers(),
+            Link::Direct {
+                outbox: Some(outbox),
+                ..
+            } => outbox.has_sleepers(),
+            Link::Socket(sender) => sender.outbox.has_sleepers(),
         }
     }
 
@@ -158,6 +223,7 @@ impl Connector {
             samples_sent: self.sent.load(Ordering::Acquire),
             bytes: self.bytes.load(Ordering::Relaxed),
             drops: self.drops.load(Ordering::Relaxed),
+            rate: self.rate.at(now()),
         }
     }
 }

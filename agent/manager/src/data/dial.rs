@@ -1,16 +1,18 @@
 //! Opening a connection to the in-port end of a connector in another process.
 
+use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rts_manager_api::OLDEST_PROTOCOL_VERSION;
 use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
-use rts_manager_api::data::{DataHello, DataReply};
+use rts_manager_api::data::{DataHello, DataReply, GOOD_BYE};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::{self, Timed};
 
 use super::ENCODING;
+use super::sender::Agreed;
 use crate::failure::failure;
 
 /// Time for dialling and for the other end's answer.
@@ -20,8 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub struct Dialled {
     /// The connection.
     pub stream: UnixStream,
-    /// The other end understands a good-bye.
-    pub good_bye: bool,
+    /// What the other end understands.
+    pub agreed: Agreed,
 }
 
 /// Dials and agrees with the other end.
@@ -29,6 +31,7 @@ pub fn dial(
     socket: &str,
     request: &ConnectRequest,
     data_type: &str,
+    pulls: bool,
     deadline: Instant,
 ) -> Result<Dialled, Failure> {
     let until = deadline.min(Instant::now() + PATIENCE);
@@ -42,6 +45,8 @@ pub fn dial(
         data_type: data_type.to_owned(),
         encoding: ENCODING.to_owned(),
         good_bye: true,
+        properties: request.properties.clone(),
+        stamped: true,
     };
     let peer_failed = |what: &str, error: FrameError| {
         failure(
@@ -60,8 +65,25 @@ pub fn dial(
     let reply: DataReply =
         frame::read_answer(&mut timed).map_err(|e| peer_failed("gave no answer", e))?;
     reply.result?;
+    if pulls && !reply.pull {
+        if reply.good_bye {
+            // So that it is no loss to the other end. When it does not arrive, that one has gone.
+            let _ = (&stream).write_all(&GOOD_BYE);
+        }
+        return Err(failure(
+            FailureCode::PeerFailed,
+            format!(
+                "the manager of {} at {socket} cannot fetch samples (`dataport.dataflow_type` is `pull`): restart it \
+                 with a newer version",
+                request.target_instance
+            ),
+        ));
+    }
     Ok(Dialled {
         stream,
-        good_bye: reply.good_bye,
+        agreed: Agreed {
+            good_bye: reply.good_bye,
+            stamped: reply.stamped,
+        },
     })
 }

@@ -1,13 +1,17 @@
-//! An in-port: a bounded queue for each source, and one reader, the component, that takes what arrived first.
+//! An in-port: a bounded buffer for each source, and one reader, the component, that takes what arrived first.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex};
+use std::fmt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
+use std::time::{Duration, Instant};
 
-use super::budget::{self, Budget};
-use super::queue::Queue;
-use super::source::Source;
-use super::{Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH};
-use crate::sync::lock;
+use rts_schemas::connector::{EmptyPolicy, FullPolicy};
+
+use super::Parting;
+use super::lane::Lane;
+use super::sample::{Read, Sample, Written};
+use super::source::{Fetch, Source};
+use crate::sync::{lock, wait_until};
 
 /// An in-port.
 #[derive(Debug)]
@@ -17,6 +21,18 @@ pub struct InPort {
     /// IDL repository id.
     pub data_type: String,
     waiting: Mutex<Waiting>,
+    /// For a reader that waits for a sample, and writers that wait for room.
+    changed: Condvar,
+    arrival: OnceLock<Hook>,
+}
+
+/// What is called when a sample has arrived.
+struct Hook(Box<dyn Fn() + Send + Sync>);
+
+impl fmt::Debug for Hook {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Hook")
+    }
 }
 
 /// Samples that wait to be read.
@@ -26,23 +42,16 @@ struct Waiting {
     arrivals: u64,
     /// The running callback sees arrivals before this one.
     horizon: u64,
+    /// Samples that the running callback has read.
+    reads: u64,
     /// By address of the source, which its lane keeps alive.
     lanes: BTreeMap<usize, Lane>,
     /// Arrival number of the first sample of each lane that has one.
     firsts: BTreeSet<(u64, usize)>,
-}
-
-#[derive(Debug)]
-struct Lane {
-    source: Arc<Source>,
-    queue: Queue<Sample>,
-}
-
-#[derive(Debug)]
-struct Sample {
-    arrival: u64,
-    sequence: u64,
-    payload: Payload,
+    /// The lane that was read last.
+    last: Option<usize>,
+    /// Who waits for `changed`.
+    sleepers: usize,
 }
 
 impl InPort {
@@ -52,25 +61,106 @@ impl InPort {
             name: name.to_owned(),
             data_type: data_type.to_owned(),
             waiting: Mutex::default(),
+            changed: Condvar::new(),
+            arrival: OnceLock::new(),
         }
     }
 
-    /// Appends a sample of an open source. `queued` runs before a reader can see the sample. False when the source
-    /// is closed.
-    pub fn push(
+    /// Has this called after each arrival, by the thread that brought the sample. Once for each port.
+    pub fn on_arrival(&self, hook: impl Fn() + Send + Sync + 'static) {
+        let _ = self.arrival.set(Hook(Box::new(hook)));
+    }
+
+    fn tell_arrival(&self) {
+        if let Some(Hook(hook)) = self.arrival.get() {
+            hook();
+        }
+    }
+
+    /// Lets a source come to it.
+    pub fn open(&self, source: &Arc<Source>) {
+        let lane = Lane::new(source);
+        lock(&self.waiting).lanes.insert(key(source), lane);
+    }
+
+    /// Takes a sample of an open source in, or gives it back when there is no room for it; one of a closed source is
+    /// dropped.
+    pub fn offer(&self, source: &Arc<Source>, sample: Sample) -> Result<(), Sample> {
+        self.put(&mut lock(&self.waiting), source, sample)?;
+        self.tell_arrival();
+        Ok(())
+    }
+
+    fn put(
+        &self,
+        waiting: &mut Waiting,
+        source: &Arc<Source>,
+        sample: Sample,
+    ) -> Result<(), Sample> {
+        waiting.write(key(source), sample)?;
+        self.notify(waiting);
+        Ok(())
+    }
+
+    /// Waits for room, as long as the policy says since `began`, and while `stays` holds; the sample is dropped when
+    /// there is none. Ends with the source.
+    pub fn wait(
         &self,
         source: &Arc<Source>,
-        sequence: u64,
-        payload: Payload,
-        queued: impl FnOnce(),
-    ) -> bool {
+        mut sample: Sample,
+        began: Instant,
+        stays: impl Fn() -> bool,
+    ) -> Written {
+        /// Between two looks whether the other end is still there.
+        const LOOK: Duration = Duration::from_millis(50);
         let mut waiting = lock(&self.waiting);
-        if !source.is_open() {
-            return false;
+        let policy = waiting.lanes.get(&key(source)).map(Lane::full_policy);
+        let (timeout, refused) = match policy {
+            Some(FullPolicy::Block(timeout)) => (timeout, Written::TimedOut),
+            _ => (Duration::ZERO, Written::BufferFull),
+        };
+        loop {
+            match self.put(&mut waiting, source, sample) {
+                Ok(()) => {
+                    drop(waiting);
+                    self.tell_arrival();
+                    return Written::Taken;
+                }
+                Err(back) => sample = back,
+            }
+            let left = timeout.saturating_sub(began.elapsed());
+            if left.is_zero() || !stays() {
+                source.count_drop();
+                return refused;
+            }
+            waiting = self.sleep(waiting, left.min(LOOK));
         }
-        waiting.push(source, sequence, payload);
-        queued();
-        true
+    }
+
+    fn sleep<'a>(
+        &self,
+        mut waiting: MutexGuard<'a, Waiting>,
+        time: Duration,
+    ) -> MutexGuard<'a, Waiting> {
+        waiting.sleepers += 1;
+        let mut waiting = wait_until(&self.changed, waiting, time);
+        waiting.sleepers -= 1;
+        waiting
+    }
+
+    fn notify(&self, waiting: &Waiting) {
+        if waiting.sleepers > 0 {
+            self.changed.notify_all();
+        }
+    }
+
+    /// A source that was asked for a sample has none.
+    pub fn answered(&self, source: &Arc<Source>) {
+        let mut waiting = lock(&self.waiting);
+        if let Some(lane) = waiting.lanes.get_mut(&key(source)) {
+            lane.asked = false;
+        }
+        self.notify(&waiting);
     }
 
     /// A callback begins: it may read what has arrived by now. So a loop that reads all ends, however fast the
@@ -78,18 +168,137 @@ impl InPort {
     pub fn begin(&self) {
         let mut waiting = lock(&self.waiting);
         waiting.horizon = waiting.arrivals;
+        waiting.reads = 0;
+        for lane in waiting.lanes.values_mut() {
+            lane.fetches = lane.source.fetches();
+        }
     }
 
-    /// Takes the oldest sample that the running callback may see, and counts it at its source.
-    pub fn read(&self) -> Option<Payload> {
-        lock(&self.waiting).read()
+    /// Takes the oldest sample that the running callback may see, and counts it at its source; fetches one where none
+    /// has arrived. The first read of a callback goes by the policy of an empty buffer: later ones find nothing, so that
+    /// a loop that reads all ends.
+    pub fn read(&self) -> Read {
+        let began = Instant::now();
+        let mut waiting = lock(&self.waiting);
+        let first = waiting.reads == 0;
+        waiting.reads += 1;
+        if let Some(sample) = waiting.read() {
+            self.notify(&waiting);
+            return Read::Sample(sample.payload);
+        }
+        let (mut waiting, fetched) = self.fetch(waiting, first, began);
+        if let Some(sample) = fetched {
+            return Read::Sample(sample.payload);
+        }
+        if !first {
+            return Read::Empty;
+        }
+        loop {
+            match waiting.patience() {
+                Some(patience) => {
+                    let left = patience.saturating_sub(began.elapsed());
+                    if left.is_zero() {
+                        return Read::TimedOut;
+                    }
+                    waiting = self.sleep(waiting, left);
+                }
+                None => {
+                    let again = waiting.read_back();
+                    return again.map_or(Read::Empty, |sample| Read::Sample(sample.payload));
+                }
+            }
+            waiting.horizon = waiting.arrivals;
+            if let Some(sample) = waiting.read() {
+                self.notify(&waiting);
+                return Read::Sample(sample.payload);
+            }
+        }
+    }
+
+    /// Fetches a sample from one of the sources that wait to be asked.
+    fn fetch<'a>(
+        &'a self,
+        mut waiting: MutexGuard<'a, Waiting>,
+        first: bool,
+        began: Instant,
+    ) -> (MutexGuard<'a, Waiting>, Option<Sample>) {
+        let pulled = waiting.lanes.iter().filter(|(_, lane)| lane.fetches > 0);
+        let keys: Vec<usize> = pulled.map(|(key, _)| *key).collect();
+        for key in keys {
+            let Some(lane) = waiting.lanes.get_mut(&key) else {
+                continue;
+            };
+            lane.fetches -= 1;
+            let source = Arc::clone(&lane.source);
+            let longest = source.settings().in_buffer.read_timeout;
+            match source.fetch() {
+                Fetch::None => {}
+                Fetch::Here(outbox) => {
+                    drop(waiting);
+                    let sample = outbox.fetch_here(first, longest);
+                    waiting = lock(&self.waiting);
+                    if let Some(sample) = sample {
+                        // A closed one takes nothing.
+                        let _ = waiting.write(key, sample);
+                    }
+                }
+                Fetch::There => {
+                    // Over again, one that was late is still on its way.
+                    if !lane.asked && source.ask(first) {
+                        lane.asked = true;
+                        waiting = self.wait_for_answer(waiting, key, longest, began);
+                    }
+                }
+            }
+            waiting.horizon = waiting.arrivals;
+            if let Some(sample) = waiting.read() {
+                return (waiting, Some(sample));
+            }
+        }
+        (waiting, None)
+    }
+
+    fn wait_for_answer<'a>(
+        &'a self,
+        mut waiting: MutexGuard<'a, Waiting>,
+        key: usize,
+        longest: Duration,
+        began: Instant,
+    ) -> MutexGuard<'a, Waiting> {
+        while waiting.lanes.get(&key).is_some_and(|lane| lane.asked) {
+            let left = longest.saturating_sub(began.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            waiting = self.sleep(waiting, left);
+        }
+        waiting
+    }
+
+    /// Samples that have arrived so far.
+    #[cfg(test)]
+    pub fn arrivals(&self) -> u64 {
+        lock(&self.waiting).arrivals
+    }
+
+    /// True while a thread waits here.
+    #[cfg(test)]
+    pub fn has_sleepers(&self) -> bool {
+        lock(&self.waiting).sleepers > 0
+    }
+
+    /// Whether the running callback may read a sample. Of a source in another process that is fetched from, nobody knows
+    /// without asking: there may be one.
+    pub fn is_new(&self) -> bool {
+        lock(&self.waiting).is_new()
     }
 
     /// Drops what waits: it came before the reader was there to act on it.
     pub fn clear(&self) {
-        for lane in lock(&self.waiting).take_lanes() {
-            lane.skip();
-        }
+        let mut waiting = lock(&self.waiting);
+        waiting.firsts.clear();
+        waiting.lanes.values_mut().for_each(Lane::skip);
+        self.notify(&waiting);
     }
 
     /// Closes a source and drops what waits from it. True when it was open.
@@ -97,9 +306,8 @@ impl InPort {
         // Under the lock, so that nothing is pushed afterwards.
         let mut waiting = lock(&self.waiting);
         let was_open = source.close(parting);
-        if let Some(lane) = waiting.take_lane(key(source)) {
-            lane.skip();
-        }
+        waiting.remove(key(source));
+        self.notify(&waiting);
         was_open
     }
 }
@@ -110,21 +318,15 @@ fn key(source: &Arc<Source>) -> usize {
 }
 
 impl Waiting {
-    fn push(&mut self, source: &Arc<Source>, sequence: u64, payload: Payload) {
-        let key = key(source);
-        let lane = self.lanes.entry(key).or_insert_with(|| Lane {
-            source: Arc::clone(source),
-            queue: Queue::new(QUEUE_LENGTH, QUEUE_BYTES, BUDGET),
-        });
-        let size = payload.len();
-        let sample = Sample {
-            arrival: self.arrivals,
-            sequence,
-            payload,
+    fn write(&mut self, key: usize, sample: Sample) -> Result<(), Sample> {
+        // Without a lane it is closed.
+        let Some(lane) = self.lanes.get_mut(&key) else {
+            return Ok(());
         };
-        self.arrivals += 1;
+        lane.asked = false;
         let before = lane.first();
-        lane.queue.push(sample, size, |_| source.count_drop());
+        lane.write(self.arrivals, sample)?;
+        self.arrivals += 1;
         let after = lane.first();
         if before != after {
             self.firsts.extend(after.map(|arrival| (arrival, key)));
@@ -132,68 +334,96 @@ impl Waiting {
                 self.firsts.remove(&(arrival, key));
             }
         }
+        Ok(())
     }
 
-    fn read(&mut self) -> Option<Payload> {
+    fn is_new(&self) -> bool {
+        let first = self.firsts.first();
+        first.is_some_and(|(arrival, _)| *arrival < self.horizon)
+            || self.lanes.values().any(Lane::may_be_fetched)
+    }
+
+    fn read(&mut self) -> Option<Sample> {
         let &(arrival, key) = self.firsts.first()?;
         if arrival >= self.horizon {
             return None;
         }
         self.firsts.remove(&(arrival, key));
         let lane = self.lanes.get_mut(&key)?;
-        let sample = lane.queue.pop()?;
+        let sample = lane.read();
         self.firsts.extend(lane.first().map(|first| (first, key)));
-        lane.source.count_read(sample.sequence);
-        Some(sample.payload)
+        self.last = Some(key);
+        sample
     }
 
-    fn take_lane(&mut self, key: usize) -> Option<Lane> {
-        let lane = self.lanes.remove(&key)?;
+    fn read_back(&self) -> Option<Sample> {
+        self.lanes.get(&self.last?)?.read_back()
+    }
+
+    /// How long a reader of nothing waits: as long as the most patient of its sources says that sends by itself.
+    fn patience(&self) -> Option<Duration> {
+        let pushed = self
+            .lanes
+            .values()
+            .filter(|lane| lane.source.fetches() == 0);
+        let policies = pushed.map(Lane::empty_policy);
+        let times = policies.filter_map(|policy| match policy {
+            EmptyPolicy::Block(time) => Some(time),
+            EmptyPolicy::Readback | EmptyPolicy::DoNothing => None,
+        });
+        times.max()
+    }
+
+    fn remove(&mut self, key: usize) {
+        let Some(mut lane) = self.lanes.remove(&key) else {
+            return;
+        };
         if let Some(arrival) = lane.first() {
             self.firsts.remove(&(arrival, key));
         }
-        Some(lane)
-    }
-
-    fn take_lanes(&mut self) -> impl Iterator<Item = Lane> + use<> {
-        self.firsts.clear();
-        std::mem::take(&mut self.lanes).into_values()
+        self.last = self.last.filter(|last| *last != key);
+        lane.skip();
     }
 }
-
-impl Lane {
-    fn first(&self) -> Option<u64> {
-        self.queue.first().map(|sample| sample.arrival)
-    }
-
-    fn skip(mut self) {
-        while let Some(sample) = self.queue.pop() {
-            self.source.count_skipped(sample.sequence);
-        }
-    }
-}
-
-const BUDGET: &Budget = &budget::PROCESS;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::Payload;
+    use rts_schemas::connector::ConnectorSettings;
+
+    fn source(port: &InPort) -> Arc<Source> {
+        let source = Arc::new(Source::new(None, ConnectorSettings::default(), None));
+        port.open(&source);
+        source
+    }
 
     fn port() -> (InPort, Arc<Source>) {
-        (InPort::new("in", "T"), Arc::new(Source::new(None)))
+        let port = InPort::new("in", "T");
+        let source = source(&port);
+        (port, source)
+    }
+
+    fn sample(sequence: u64) -> Sample {
+        Sample {
+            sequence,
+            written: 0,
+            payload: Payload::copy_from_slice(&sequence.to_be_bytes()),
+        }
     }
 
     fn send(port: &InPort, source: &Arc<Source>, sequences: std::ops::RangeInclusive<u64>) {
         for sequence in sequences {
-            let payload = Payload::copy_from_slice(&sequence.to_be_bytes());
-            assert!(port.push(source, sequence, payload, || ()));
+            port.offer(source, sample(sequence)).unwrap();
         }
     }
 
     fn read_all(port: &InPort) -> Vec<u64> {
         port.begin();
         let number = |payload: Payload| u64::from_be_bytes(payload[..].try_into().unwrap());
-        std::iter::from_fn(|| port.read()).map(number).collect()
+        std::iter::from_fn(|| port.read().sample())
+            .map(number)
+            .collect()
     }
 
     #[test]
@@ -208,7 +438,7 @@ mod tests {
     #[test]
     fn a_fast_source_takes_no_room_from_a_slow_one_and_the_oldest_is_read_first() {
         let (port, slow) = port();
-        let fast = Arc::new(Source::new(None));
+        let fast = source(&port);
         send(&port, &slow, 1000..=1000);
         send(&port, &fast, 1..=100);
         send(&port, &slow, 1001..=1001);
@@ -221,12 +451,15 @@ mod tests {
     fn what_arrives_during_a_callback_is_for_the_next_one() {
         let (port, source) = port();
         send(&port, &source, 1..=2);
-        assert!(port.read().is_none(), "no callback has begun");
+        assert_eq!(port.read(), Read::Empty, "no callback has begun");
+        assert!(!port.is_new());
         port.begin();
-        assert!(port.read().is_some());
+        assert!(port.is_new());
+        assert!(port.read().sample().is_some());
         send(&port, &source, 3..=3);
-        assert!(port.read().is_some());
-        assert!(port.read().is_none());
+        assert!(port.read().sample().is_some());
+        assert!(!port.is_new());
+        assert_eq!(port.read(), Read::Empty);
         assert_eq!(read_all(&port), [3]);
     }
 
@@ -245,12 +478,12 @@ mod tests {
     #[test]
     fn a_closed_source_takes_its_samples_with_it_and_cannot_push() {
         let (port, first) = port();
-        let second = Arc::new(Source::new(None));
+        let second = source(&port);
         send(&port, &first, 1..=3);
         send(&port, &second, 11..=13);
         assert!(port.close(&first, Parting::Loss));
         assert!(!port.close(&first, Parting::Loss));
-        assert!(!port.push(&first, 4, Payload::new(), || panic!("must not be counted")));
+        send(&port, &first, 4..=4);
         assert_eq!(read_all(&port), [11, 12, 13]);
         assert_eq!((first.counts().received, first.counts().drops), (0, 3));
         assert_eq!(second.counts().drops, 0);

@@ -1,11 +1,13 @@
 //! An out-port: hands each sample to all its connectors.
 
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use rts_manager_api::control::Failure;
 
 use super::Payload;
 use super::connector::Connector;
+use super::sample::{Written, now};
 use crate::failure::conflict;
 use crate::sync::lock;
 
@@ -19,7 +21,8 @@ pub struct OutPort {
     pub name: String,
     /// IDL repository id.
     pub data_type: String,
-    connectors: Mutex<Vec<Arc<Connector>>>,
+    /// A list of its own for each change, so that a writer holds no lock while it waits.
+    connectors: Mutex<Arc<Vec<Arc<Connector>>>>,
 }
 
 impl OutPort {
@@ -32,11 +35,24 @@ impl OutPort {
         }
     }
 
-    /// Gives a sample to each connector. Never blocks.
-    pub fn write(&self, payload: &Payload) {
-        for connector in lock(&self.connectors).iter() {
-            connector.push(payload);
+    /// Gives a sample to each connector; the worst that became of it. Waits only where a connector's properties say so,
+    /// once all the others have it, and for none longer than its own time-out.
+    pub fn write(&self, payload: &Payload) -> Written {
+        let connectors = Arc::clone(&lock(&self.connectors));
+        let mut full = Vec::new();
+        if !connectors.is_empty() {
+            let written = now();
+            for connector in connectors.iter() {
+                if let Err(sample) = connector.offer(payload, written) {
+                    full.push((connector, sample));
+                }
+            }
         }
+        let began = Instant::now();
+        let waited = full
+            .into_iter()
+            .map(|(connector, sample)| connector.wait(sample, began));
+        waited.max().unwrap_or(Written::Taken)
     }
 
     /// Adds a connector. `allowed` is asked under the lock, so that none is added while its component is deleted.
@@ -53,18 +69,19 @@ impl OutPort {
                 self.name
             )));
         }
-        connectors.push(Arc::clone(connector));
+        Arc::make_mut(&mut connectors).push(Arc::clone(connector));
         Ok(())
     }
 
     /// Takes the connectors out that `which` names.
     pub fn take(&self, which: impl Fn(&Arc<Connector>) -> bool) -> Vec<Arc<Connector>> {
         let mut connectors = lock(&self.connectors);
-        connectors.extract_if(.., |c| which(c)).collect()
+        let list = Arc::make_mut(&mut connectors);
+        list.extract_if(.., |c| which(c)).collect()
     }
 
     /// Its connectors.
     pub fn connectors(&self) -> Vec<Arc<Connector>> {
-        lock(&self.connectors).clone()
+        lock(&self.connectors).to_vec()
     }
 }

@@ -1,360 +1,274 @@
-//! The sending half of a connector over a socket: a bounded queue and a thread that empties it.
+//! What waits at the out-port end of a connector, and which of it is sent when.
 
 use std::io;
-use std::net::Shutdown;
-use std::os::fd::OwnedFd;
-use std::os::unix::net::UnixStream;
-use std::sync::Mutex;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use rts_manager_api::data::GOOD_BYE;
-use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
-use rustix::io::Errno;
-use rustix::net::{RecvFlags, SendFlags};
+use rts_schemas::connector::{
+    ConnectorSettings, Dataflow, EmptyPolicy, FullPolicy, PushPolicy, Subscription,
+};
+use rustix::event::{EventfdFlags, eventfd};
 
 use super::budget;
-use super::queue::Queue;
-use super::{Ended, Parting, Payload, QUEUE_BYTES, QUEUE_LENGTH, SILENT_END};
-use crate::sync::lock;
+use super::buffer::Buffer;
+use super::sample::{Sample, Written};
+use super::{Parting, QUEUE_BYTES};
+use crate::sync::{lock, wait_until};
 
-/// Small samples are gathered into writes of about this size.
-const GATHER: usize = 64 * 1024;
-
-/// A connection that is closed has this long to take what is half sent, and the good-bye.
-const PARTING: Duration = Duration::from_millis(500);
-
-/// Queue, socket and the signal between them.
+/// A buffer, who waits for it, and the rules by which it is emptied.
 #[derive(Debug)]
 pub struct Outbox {
-    queue: Mutex<Queue<(u64, Payload)>>,
+    waiting: Mutex<Waiting>,
+    /// For a writer that waits for room, and a reader in this process that waits for a sample.
+    changed: Condvar,
+    /// For the thread that sends.
     filled: OwnedFd,
-    stream: UnixStream,
-    /// The other end understands a good-bye.
-    good_bye: bool,
-    /// Since when it is to end.
-    leaving: Mutex<Option<Instant>>,
+    policy: PushPolicy,
+    period: Option<Duration>,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    buffer: Buffer<Sample>,
+    closed: Option<(Parting, Instant)>,
+    /// Who waits for `changed`.
+    sleepers: usize,
+    /// Samples that may leave before the next tick.
+    allowance: usize,
+    /// Samples passed over since the last one that was sent, of those that `skip` counts.
+    skipped: u32,
+    /// Samples passed over by choice; they leave no gap.
+    passed_over: u64,
 }
 
 impl Outbox {
-    /// An outbox for a connection whose other end has agreed.
-    pub fn new(stream: UnixStream, good_bye: bool) -> io::Result<Self> {
+    /// For a connector with these settings.
+    pub fn new(settings: &ConnectorSettings) -> io::Result<Self> {
+        let (policy, period) = match (settings.dataflow, settings.subscription) {
+            (Dataflow::Pull, _) | (_, Subscription::Flush) => (PushPolicy::All, None),
+            (Dataflow::Push, Subscription::New(policy)) => (policy, None),
+            (Dataflow::Push, Subscription::Periodic { period, policy }) => (policy, Some(period)),
+        };
         Ok(Self {
-            queue: Mutex::new(Queue::new(QUEUE_LENGTH, QUEUE_BYTES, &budget::PROCESS)),
+            waiting: Mutex::new(Waiting {
+                buffer: Buffer::new(settings.out_buffer, QUEUE_BYTES, &budget::PROCESS),
+                closed: None,
+                sleepers: 0,
+                allowance: if period.is_some() { 0 } else { usize::MAX },
+                skipped: 0,
+                passed_over: 0,
+            }),
+            changed: Condvar::new(),
             filled: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
-            stream,
-            good_bye,
-            leaving: Mutex::default(),
+            policy,
+            period,
         })
     }
 
-    /// Queues a sample; `queued` runs before it can be sent. Returns how many older ones were dropped.
-    pub fn push(&self, sequence: u64, payload: Payload, queued: impl FnOnce()) -> u64 {
-        let size = payload.len();
-        let mut drops = 0;
-        let mut queue = lock(&self.queue);
-        let was_empty = queue.is_empty();
-        queue.push((sequence, payload), size, |_| drops += 1);
-        queued();
-        drop(queue);
-        if was_empty {
-            self.wake();
-        }
-        drops
+    /// Time between two ticks, when only they let samples leave.
+    pub fn period(&self) -> Option<Duration> {
+        self.period
     }
 
-    /// Ends the connection and its thread. Never blocks: that thread says the good-bye.
-    pub fn close(&self, parting: Parting) {
-        lock(&self.leaving).get_or_insert_with(Instant::now);
-        if parting == Parting::Loss || !self.good_bye {
-            let _ = self.stream.shutdown(Shutdown::Both);
+    /// True when nothing waits.
+    pub fn is_empty(&self) -> bool {
+        lock(&self.waiting).buffer.is_empty()
+    }
+
+    /// Takes a sample in, or gives it back when there is no room for it; says how many older ones went for it.
+    pub fn offer(&self, sample: Sample) -> (Result<(), Sample>, u64) {
+        let mut waiting = lock(&self.waiting);
+        self.put(&mut waiting, sample)
+    }
+
+    fn put(&self, waiting: &mut Waiting, sample: Sample) -> (Result<(), Sample>, u64) {
+        let mut drops = 0;
+        if waiting.closed.is_some() {
+            return (Ok(()), 0);
         }
+        let was_empty = waiting.buffer.is_empty();
+        let size = sample.payload.len();
+        let put = waiting.buffer.write(sample, size, |_| drops += 1);
+        if put.is_ok() {
+            // At a tick the thread looks by itself.
+            if was_empty && self.period.is_none() {
+                self.wake();
+            }
+            self.notify(waiting);
+        }
+        (put, drops)
+    }
+
+    /// Waits for room, as long as the policy says since `began`. Ends with the connector.
+    pub fn wait(&self, mut sample: Sample, began: Instant) -> Written {
+        let mut waiting = lock(&self.waiting);
+        let FullPolicy::Block(timeout) = waiting.buffer.settings().full else {
+            return Written::BufferFull;
+        };
+        loop {
+            match self.put(&mut waiting, sample).0 {
+                Ok(()) => return Written::Taken,
+                Err(back) => sample = back,
+            }
+            let left = timeout.saturating_sub(began.elapsed());
+            if left.is_zero() {
+                return Written::TimedOut;
+            }
+            waiting = self.sleep(waiting, left);
+        }
+    }
+
+    fn sleep<'a>(
+        &self,
+        mut waiting: MutexGuard<'a, Waiting>,
+        time: Duration,
+    ) -> MutexGuard<'a, Waiting> {
+        waiting.sleepers += 1;
+        let mut waiting = wait_until(&self.changed, waiting, time);
+        waiting.sleepers -= 1;
+        waiting
+    }
+
+    fn notify(&self, waiting: &Waiting) {
+        if waiting.sleepers > 0 {
+            self.changed.notify_all();
+        }
+    }
+
+    /// A tick of a periodic one: what waits now, or one of it, may leave.
+    pub fn tick(&self) {
+        let mut waiting = lock(&self.waiting);
+        waiting.allowance = match self.policy {
+            PushPolicy::All | PushPolicy::Skip(_) => waiting.buffer.len(),
+            PushPolicy::Fifo | PushPolicy::New => 1,
+        };
+    }
+
+    /// The next sample to send, by the policy. What is passed over is no gap to the reader.
+    pub fn next(&self) -> Option<Sample> {
+        let mut waiting = lock(&self.waiting);
+        let mut sample = None;
+        while waiting.allowance > 0 && sample.is_none() {
+            let Some(first) = waiting.buffer.take() else {
+                break;
+            };
+            if self.period.is_some() {
+                waiting.allowance -= 1;
+            }
+            sample = self.choose(&mut waiting, first);
+        }
+        self.notify(&waiting);
+        sample
+    }
+
+    fn choose(&self, waiting: &mut Waiting, first: Sample) -> Option<Sample> {
+        let mut sample = first;
+        match self.policy {
+            PushPolicy::All | PushPolicy::Fifo => {}
+            PushPolicy::Skip(count) if waiting.skipped < count => {
+                waiting.skipped += 1;
+                waiting.passed_over += 1;
+                return None;
+            }
+            PushPolicy::Skip(_) => waiting.skipped = 0,
+            PushPolicy::New => {
+                while let Some(newer) = waiting.buffer.take() {
+                    waiting.passed_over += 1;
+                    sample = newer;
+                }
+            }
+        }
+        sample.sequence -= waiting.passed_over;
+        Some(sample)
+    }
+
+    /// For a reader that fetches. The first read of a callback goes by the policy of an empty buffer, but does not wait
+    /// here: the answer says for how long it may.
+    pub fn fetch(&self, first: bool) -> Fetched {
+        let mut waiting = lock(&self.waiting);
+        self.fetch_from(&mut waiting, first)
+    }
+
+    fn fetch_from(&self, waiting: &mut Waiting, first: bool) -> Fetched {
+        if let Some(sample) = waiting.buffer.read() {
+            self.notify(waiting);
+            return Fetched::Sample(sample);
+        }
+        match waiting.buffer.settings().empty {
+            EmptyPolicy::Readback if first => waiting
+                .buffer
+                .read_back()
+                .map_or(Fetched::Nothing, Fetched::Sample),
+            EmptyPolicy::Block(time) if first && waiting.closed.is_none() => Fetched::Wait(time),
+            _ => Fetched::Nothing,
+        }
+    }
+
+    /// The same for a reader in this process; waits for a sample when the policy says so, at most so long.
+    pub fn fetch_here(&self, first: bool, longest: Duration) -> Option<Sample> {
+        let began = Instant::now();
+        let mut waiting = lock(&self.waiting);
+        loop {
+            match self.fetch_from(&mut waiting, first) {
+                Fetched::Sample(sample) => return Some(sample),
+                Fetched::Nothing => return None,
+                Fetched::Wait(time) => {
+                    let left = time.min(longest).saturating_sub(began.elapsed());
+                    if left.is_zero() {
+                        return None;
+                    }
+                    waiting = self.sleep(waiting, left);
+                }
+            }
+        }
+    }
+
+    /// True while a thread waits here.
+    #[cfg(test)]
+    pub fn has_sleepers(&self) -> bool {
+        lock(&self.waiting).sleepers > 0
+    }
+
+    /// Ends it: who waits is let go, and nothing is taken in any more. The first reason stays.
+    pub fn close(&self, parting: Parting) {
+        let mut waiting = lock(&self.waiting);
+        waiting.closed.get_or_insert((parting, Instant::now()));
+        self.changed.notify_all();
+        drop(waiting);
         self.wake();
     }
 
-    /// Sends until the connection ends; says why it did. For a thread of its own.
-    pub fn send(&self) -> Ended {
-        let ended = self.send_all().unwrap_or_else(|error| {
-            if self.leaves() {
-                Ended::Here
-            } else {
-                self.judge(&error.to_string())
-            }
-        });
-        let _ = self.stream.shutdown(Shutdown::Both);
-        ended
+    /// Since when it is to end.
+    pub fn closed(&self) -> Option<Instant> {
+        lock(&self.waiting).closed.map(|(_, since)| since)
     }
 
-    fn send_all(&self) -> io::Result<Ended> {
-        let mut buffer = Vec::new();
-        loop {
-            self.send_queued(&mut buffer)?;
-            if self.leaves() {
-                if self.good_bye {
-                    self.write(&GOOD_BYE)?;
-                }
-                return Ok(Ended::Here);
-            }
-            // A write that waited for room has taken the wake-ups of meanwhile.
-            if !lock(&self.queue).is_empty() {
-                continue;
-            }
-            if !self.wait()? {
-                return Ok(self.judge("the other end closed the connection"));
-            }
-        }
+    /// Readable when there is something to do; for the thread that sends.
+    pub fn filled(&self) -> BorrowedFd<'_> {
+        self.filled.as_fd()
     }
 
-    fn leaves(&self) -> bool {
-        lock(&self.leaving).is_some()
+    /// Takes the wake-ups of until now.
+    pub fn awake(&self) {
+        let mut count = [0; 8];
+        let _ = rustix::io::read(&self.filled, &mut count);
     }
 
-    /// Why the other end has gone. It sends nothing but its good-bye.
-    fn judge(&self, otherwise: &str) -> Ended {
-        let mut byte = [0];
-        match rustix::net::recv(&self.stream, &mut byte, RecvFlags::DONTWAIT) {
-            Ok((1.., _)) => Ended::GoodBye,
-            _ if !self.good_bye => Ended::Lost(SILENT_END.to_owned()),
-            _ => Ended::Lost(otherwise.to_owned()),
-        }
-    }
-
-    fn send_queued(&self, buffer: &mut Vec<u8>) -> io::Result<()> {
-        while !self.leaves() {
-            let sample = lock(&self.queue).pop();
-            let Some((sequence, payload)) = sample else {
-                break;
-            };
-            buffer.extend((payload.len() as u32 + 8).to_be_bytes());
-            buffer.extend(sequence.to_be_bytes());
-            if payload.len() < GATHER / 2 {
-                buffer.extend(&payload);
-            }
-            if payload.len() >= GATHER / 2 || buffer.len() >= GATHER {
-                self.write(buffer)?;
-                buffer.clear();
-            }
-            if payload.len() >= GATHER / 2 {
-                self.write(&payload)?;
-            }
-        }
-        self.write(buffer)?;
-        buffer.clear();
-        Ok(())
-    }
-
-    /// Writes all, while the connection is not closed for too long.
-    fn write(&self, mut bytes: &[u8]) -> io::Result<()> {
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        while !bytes.is_empty() {
-            match rustix::net::send(&self.stream, bytes, flags) {
-                Ok(sent) => bytes = &bytes[sent..],
-                Err(Errno::AGAIN) => {
-                    self.poll(PollFlags::OUT)?;
-                }
-                Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
-        Ok(())
-    }
-
-    /// Waits for a sample; false when the other end has gone. The other end never sends, so anything from it is an end.
-    fn wait(&self) -> io::Result<bool> {
-        Ok(self.poll(PollFlags::IN)?.is_empty())
-    }
-
-    /// Waits for the stream or for a wake-up; returns what the stream is ready for.
-    fn poll(&self, flags: PollFlags) -> io::Result<PollFlags> {
-        let left = match *lock(&self.leaving) {
-            None => None,
-            Some(since) => {
-                let left = PARTING.checked_sub(since.elapsed());
-                Some(left.ok_or(io::ErrorKind::TimedOut)?)
-            }
-        };
-        let timeout = left.map(|left| Timespec {
-            tv_sec: 0,
-            tv_nsec: left.subsec_nanos().into(),
-        });
-        let mut fds = [
-            PollFd::new(&self.stream, flags),
-            PollFd::new(&self.filled, PollFlags::IN),
-        ];
-        match poll(&mut fds, timeout.as_ref()) {
-            Ok(_) | Err(Errno::INTR) => {}
-            Err(error) => return Err(error.into()),
-        }
-        let [stream, filled] = fds.map(|fd| fd.revents());
-        if !filled.is_empty() {
-            let mut count = [0; 8];
-            let _ = rustix::io::read(&self.filled, &mut count);
-        }
-        Ok(stream)
-    }
-
-    fn wake(&self) {
+    /// Wakes the thread that sends.
+    pub fn wake(&self) {
         // Fails only when it is signalled already.
         let _ = rustix::io::write(&self.filled, &1_u64.to_ne_bytes());
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-    use std::thread;
-
-    use super::*;
-    use crate::data::in_port::InPort;
-    use crate::data::receive::receive;
-    use crate::data::source::Source;
-
-    #[test]
-    fn samples_of_all_sizes_pass_and_both_ends_notice_the_end() {
-        let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left, true).unwrap());
-        let sender = thread::spawn({
-            let outbox = Arc::clone(&outbox);
-            move || outbox.send()
-        });
-        let port = Arc::new(InPort::new("in", "T"));
-        let source = Arc::new(Source::new(None));
-        let receiver = thread::spawn({
-            let (port, source) = (Arc::clone(&port), Arc::clone(&source));
-            move || receive(&right, &port, &source, true)
-        });
-        let sizes = [0, 10, 40_000, 1 << 20, 1, 32_767, 32_768, 65_536];
-        for (sequence, size) in (1..).zip(sizes) {
-            let payload = vec![size as u8; size];
-            assert_eq!(outbox.push(sequence, payload.into(), || ()), 0);
-        }
-        for size in sizes {
-            let payload = loop {
-                port.begin();
-                match port.read() {
-                    Some(payload) => break payload,
-                    None => thread::yield_now(),
-                }
-            };
-            assert_eq!(payload.len(), size);
-            assert!(payload.iter().all(|byte| *byte == size as u8));
-        }
-        assert_eq!(source.counts().gaps, 0);
-        outbox.close(Parting::GoodBye);
-        assert_eq!(receiver.join().unwrap(), Ended::GoodBye);
-        assert_eq!(sender.join().unwrap(), Ended::Here);
-    }
-
-    /// A sender whose receiver ended by `end`, with samples under way that it never read.
-    fn ended(end: impl FnOnce(&Source)) -> Ended {
-        let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left, true).unwrap());
-        let source = Source::new(Some(right));
-        for sequence in 1..10 {
-            outbox.push(sequence, vec![0; 1 << 20].into(), || ());
-        }
-        let sender = thread::spawn(move || outbox.send());
-        thread::sleep(Duration::from_millis(20));
-        end(&source);
-        drop(source);
-        sender.join().unwrap()
-    }
-
-    #[test]
-    fn a_good_bye_tells_an_end_from_a_loss_also_when_samples_are_under_way() {
-        assert_eq!(
-            ended(|source| {
-                source.close(Parting::GoodBye);
-            }),
-            Ended::GoodBye
-        );
-        assert!(matches!(ended(|_| ()), Ended::Lost(_)));
-    }
-
-    #[test]
-    fn the_end_of_one_that_says_no_good_bye_is_a_loss_that_says_so() {
-        let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Outbox::new(left, false).unwrap();
-        drop(right);
-        assert_eq!(outbox.send(), Ended::Lost(SILENT_END.to_owned()));
-    }
-
-    #[test]
-    fn one_that_is_closed_does_not_wait_for_a_receiver_that_stalls() {
-        let (left, _right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left, true).unwrap());
-        outbox.push(1, vec![0; 1 << 24].into(), || ());
-        let sender = thread::spawn({
-            let outbox = Arc::clone(&outbox);
-            move || outbox.send()
-        });
-        thread::sleep(Duration::from_millis(20));
-        let begin = Instant::now();
-        outbox.close(Parting::GoodBye);
-        assert_eq!(sender.join().unwrap(), Ended::Here);
-        assert!(begin.elapsed() < Duration::from_secs(10));
-    }
-
-    #[test]
-    fn what_is_queued_while_the_last_write_waits_for_room_is_sent() {
-        let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left, true).unwrap());
-        let sender = thread::spawn({
-            let outbox = Arc::clone(&outbox);
-            move || outbox.send()
-        });
-        // Nobody reads: each is taken from the queue before the next comes, until one finds no room, as the last of its
-        // write. Then one more comes.
-        let mut sent = 0;
-        let taken = |outbox: &Outbox| {
-            let begin = Instant::now();
-            while begin.elapsed() < Duration::from_millis(100) {
-                if lock(&outbox.queue).is_empty() {
-                    return true;
-                }
-                thread::sleep(Duration::from_millis(1));
-            }
-            false
-        };
-        while taken(&outbox) {
-            sent += 1;
-            assert_eq!(outbox.push(sent, vec![0; 30_000].into(), || ()), 0);
-        }
-        let port = Arc::new(InPort::new("in", "T"));
-        let source = Arc::new(Source::new(None));
-        let receiver = thread::spawn({
-            let (port, source) = (Arc::clone(&port), Arc::clone(&source));
-            move || receive(&right, &port, &source, true)
-        });
-        let begin = Instant::now();
-        while source.counts().received < sent {
-            port.begin();
-            port.read();
-            let received = source.counts().received;
-            assert!(
-                begin.elapsed() < Duration::from_secs(10),
-                "{received} of {sent}"
-            );
-            thread::yield_now();
-        }
-        outbox.close(Parting::GoodBye);
-        assert_eq!(receiver.join().unwrap(), Ended::GoodBye);
-        assert_eq!(sender.join().unwrap(), Ended::Here);
-    }
-
-    #[test]
-    fn a_stalled_receiver_costs_the_oldest_samples_and_blocks_nobody() {
-        let (left, right) = UnixStream::pair().unwrap();
-        let outbox = Arc::new(Outbox::new(left, true).unwrap());
-        let sender = thread::spawn({
-            let outbox = Arc::clone(&outbox);
-            move || outbox.send()
-        });
-        let payload = Payload::from(vec![0; 1 << 20]);
-        let drops: u64 = (1..200)
-            .map(|sequence| outbox.push(sequence, payload.clone(), || ()))
-            .sum();
-        assert!(drops > 100, "{drops}");
-        drop(right);
-        assert!(matches!(sender.join().unwrap(), Ended::Lost(_)));
-    }
+/// What a fetch got.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Fetched {
+    /// A sample.
+    Sample(Sample),
+    /// Nothing yet: the reader may wait so long.
+    Wait(Duration),
+    /// Nothing.
+    Nothing,
 }

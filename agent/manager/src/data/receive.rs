@@ -3,10 +3,14 @@
 use std::io::{self, BufReader, Read};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
+use std::time::Instant;
 
-use rts_manager_api::data::{GOOD_BYE, MAX_SAMPLE};
+use rts_manager_api::data::{EMPTY, GOOD_BYE, MAX_SAMPLE};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::in_port::InPort;
+use super::sample::Sample;
+use super::sender::Agreed;
 use super::source::Source;
 use super::{Ended, Payload, SILENT_END};
 
@@ -16,33 +20,50 @@ const STEP: usize = 64 * 1024;
 /// What the out-port end sends.
 #[derive(Debug, PartialEq, Eq)]
 enum Message {
-    Sample(u64, Payload),
+    Sample(Sample),
+    /// To a reader that fetches: there is none.
+    Empty,
     GoodBye,
     /// Nothing more, between two messages.
     End,
 }
 
-/// Moves samples into an in-port until the connection ends; says why it did. `good_bye`: the other end says one.
-pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>, good_bye: bool) -> Ended {
+/// Moves samples into an in-port until the connection ends; says why it did.
+pub fn receive(stream: &UnixStream, port: &InPort, source: &Arc<Source>, agreed: Agreed) -> Ended {
     let mut reader = BufReader::with_capacity(STEP, stream);
     loop {
-        match message(&mut reader) {
-            Ok(Message::Sample(sequence, payload)) => {
-                if !port.push(source, sequence, payload, || ()) {
+        match message(&mut reader, agreed.stamped) {
+            Ok(Message::Sample(sample)) => {
+                if let Err(sample) = port.offer(source, sample) {
+                    port.wait(source, sample, Instant::now(), || !has_hung_up(stream));
+                }
+                if !source.is_open() {
                     return Ended::Here;
                 }
             }
+            Ok(Message::Empty) => port.answered(source),
             Ok(Message::GoodBye) => return Ended::GoodBye,
             Ok(Message::End) => {
                 let silent = "its source closed without a good-bye";
-                return Ended::Lost(if good_bye { silent } else { SILENT_END }.to_owned());
+                let seen = if agreed.good_bye { silent } else { SILENT_END };
+                return Ended::Lost(seen.to_owned());
             }
             Err(error) => return Ended::Lost(error.to_string()),
         }
     }
 }
 
-fn message(reader: &mut impl Read) -> io::Result<Message> {
+/// True when the other end has closed the connection, whatever is still to be read.
+fn has_hung_up(stream: &UnixStream) -> bool {
+    let mut fds = [PollFd::new(stream, PollFlags::RDHUP)];
+    let at_once = Timespec {
+        tv_sec: 0,
+        tv_nsec: 0,
+    };
+    poll(&mut fds, Some(&at_once)).is_ok_and(|ready| ready > 0)
+}
+
+fn message(reader: &mut impl Read, stamped: bool) -> io::Result<Message> {
     let mut header = [0; 4];
     if reader.read(&mut header[..1])? == 0 {
         return Ok(Message::End);
@@ -51,11 +72,14 @@ fn message(reader: &mut impl Read) -> io::Result<Message> {
     if header == GOOD_BYE {
         return Ok(Message::GoodBye);
     }
-    let mut sequence = [0; 8];
-    reader.read_exact(&mut sequence)?;
+    if header == EMPTY {
+        return Ok(Message::Empty);
+    }
     let length = u32::from_be_bytes(header) as usize;
+    let sequence = number(reader)?;
+    let written = if stamped { number(reader)? } else { 0 };
     let size = length
-        .checked_sub(8)
+        .checked_sub(if stamped { 16 } else { 8 })
         .filter(|size| *size <= MAX_SAMPLE)
         .ok_or_else(|| {
             io::Error::new(
@@ -68,15 +92,23 @@ fn message(reader: &mut impl Read) -> io::Result<Message> {
     if payload.len() < size {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    Ok(Message::Sample(
-        u64::from_be_bytes(sequence),
-        payload.into(),
-    ))
+    Ok(Message::Sample(Sample {
+        sequence,
+        written,
+        payload: Payload::from(payload),
+    }))
+}
+
+fn number(reader: &mut impl Read) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    reader.read_exact(&mut bytes)?;
+    Ok(u64::from_be_bytes(bytes))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rts_schemas::connector::ConnectorSettings;
 
     fn frame(length: u32, sequence: u64, payload: &[u8]) -> Vec<u8> {
         [&length.to_be_bytes()[..], &sequence.to_be_bytes(), payload].concat()
@@ -85,11 +117,28 @@ mod tests {
     #[test]
     fn samples_are_read_one_after_the_other() {
         let good_bye = GOOD_BYE.to_vec();
-        let bytes = [frame(11, 1, b"abc"), frame(8, 2, b""), good_bye].concat();
+        let stamped = [5_u64.to_be_bytes().to_vec(), b"abc".to_vec()].concat();
+        let plain = [
+            frame(11, 1, b"abc"),
+            EMPTY.to_vec(),
+            frame(8, 2, b""),
+            good_bye,
+        ];
+        let sample = |sequence, written, payload: &'static str| {
+            Message::Sample(Sample {
+                sequence,
+                written,
+                payload: payload.into(),
+            })
+        };
+        let bytes = frame(19, 1, &stamped);
+        assert_eq!(message(&mut &bytes[..], true).unwrap(), sample(1, 5, "abc"));
+        let bytes = plain.concat();
         let mut reader = &bytes[..];
-        let mut next = || message(&mut reader).unwrap();
-        assert_eq!(next(), Message::Sample(1, "abc".into()));
-        assert_eq!(next(), Message::Sample(2, Payload::new()));
+        let mut next = || message(&mut reader, false).unwrap();
+        assert_eq!(next(), sample(1, 0, "abc"));
+        assert_eq!(next(), Message::Empty);
+        assert_eq!(next(), sample(2, 0, ""));
         assert_eq!(next(), Message::GoodBye);
         assert_eq!(next(), Message::End);
     }
@@ -103,7 +152,12 @@ mod tests {
             let (ours, theirs) = UnixStream::pair().unwrap();
             drop(theirs);
             let port = InPort::new("in", "T");
-            let ended = receive(&ours, &port, &Arc::new(Source::new(None)), good_bye);
+            let source = Arc::new(Source::new(None, ConnectorSettings::default(), None));
+            let agreed = Agreed {
+                good_bye,
+                stamped: false,
+            };
+            let ended = receive(&ours, &port, &source, agreed);
             assert_eq!(ended, Ended::Lost(expected.to_owned()));
         }
     }
@@ -116,7 +170,8 @@ mod tests {
             frame(20, 1, b"abc"),
             vec![0, 0],
         ] {
-            assert!(message(&mut &bytes[..]).is_err(), "{bytes:?}");
+            assert!(message(&mut &bytes[..], false).is_err(), "{bytes:?}");
+            assert!(message(&mut &bytes[..], true).is_err(), "{bytes:?}");
         }
     }
 }

@@ -2,12 +2,18 @@
 
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
-use rustix::net::SendFlags;
+use rts_manager_api::control::Latency;
+use rts_manager_api::data::{FETCH_FIRST, FETCH_MORE};
+use rts_schemas::connector::{ConnectorSettings, Dataflow};
+use rustix::net::{SendFlags, send};
 
 use super::Parting;
+use super::latency::Latencies;
+use super::outbox::Outbox;
+use super::sample::{Sample, now};
 use crate::sync::lock;
 
 /// A connection. Its writer numbers samples from 1; its counters begin with it.
@@ -16,12 +22,27 @@ pub struct Source {
     /// The socket that it comes from, until it is closed; a dead source must hold no file descriptor.
     stream: Mutex<Option<UnixStream>>,
     direct: bool,
+    settings: ConnectorSettings,
+    /// The other end, when it is in this process and a reader fetches from it.
+    outbox: Option<Arc<Outbox>>,
     /// One of the three below.
     state: AtomicU8,
     next: AtomicU64,
     received: AtomicU64,
     drops: AtomicU64,
     gaps: AtomicU64,
+    latencies: Latencies,
+}
+
+/// How a sample is fetched from a source.
+#[derive(Debug)]
+pub enum Fetch {
+    /// It is not: they come by themselves.
+    None,
+    /// From this process.
+    Here(Arc<Outbox>),
+    /// From the other end of a socket, which is asked for it.
+    There,
 }
 
 const OPEN: u8 = 0;
@@ -31,7 +52,7 @@ const CLOSED: u8 = 1;
 const LOST: u8 = 2;
 
 /// Counters of a source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Samples that the component has read, each with a higher number than the one before.
     pub received: u64,
@@ -39,20 +60,61 @@ pub struct Counts {
     pub drops: u64,
     /// Jumps in the sequence that the reader saw.
     pub gaps: u64,
+    /// From the write to the read of those that were received, where both clocks are one.
+    pub latency: Option<Latency>,
 }
 
 impl Source {
-    /// A new connection; without a stream, one inside this process.
-    pub fn new(stream: Option<UnixStream>) -> Self {
+    /// A new connection; without a stream, one inside this process, which is fetched from when there is an outbox.
+    pub fn new(
+        stream: Option<UnixStream>,
+        settings: ConnectorSettings,
+        outbox: Option<Arc<Outbox>>,
+    ) -> Self {
         Self {
             direct: stream.is_none(),
             stream: Mutex::new(stream),
+            settings,
+            outbox,
             state: AtomicU8::new(OPEN),
             next: AtomicU64::new(1),
             received: AtomicU64::new(0),
             drops: AtomicU64::new(0),
             gaps: AtomicU64::new(0),
+            latencies: Latencies::new(),
         }
+    }
+
+    /// What the connector's properties say.
+    pub fn settings(&self) -> &ConnectorSettings {
+        &self.settings
+    }
+
+    /// How many samples one callback may fetch, so that a loop that reads all ends.
+    pub fn fetches(&self) -> usize {
+        match self.settings.dataflow {
+            Dataflow::Push => 0,
+            Dataflow::Pull => self.settings.out_buffer.length,
+        }
+    }
+
+    /// How a sample is fetched from it.
+    pub fn fetch(&self) -> Fetch {
+        match (self.settings.dataflow, &self.outbox) {
+            (Dataflow::Push, _) => Fetch::None,
+            (Dataflow::Pull, Some(outbox)) => Fetch::Here(Arc::clone(outbox)),
+            (Dataflow::Pull, None) => Fetch::There,
+        }
+    }
+
+    /// Asks the other end for a sample; false when it cannot be asked. Never blocks: nothing else is sent there, so there
+    /// is room.
+    pub fn ask(&self, first: bool) -> bool {
+        let mark = if first { FETCH_FIRST } else { FETCH_MORE };
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        let stream = lock(&self.stream);
+        let sent = stream.as_ref().map(|stream| send(stream, &[mark], flags));
+        sent.is_some_and(|sent| sent.is_ok())
     }
 
     /// False once it was closed.
@@ -79,11 +141,14 @@ impl Source {
         };
         let (done, or) = (Ordering::AcqRel, Ordering::Acquire);
         let was_open = self.state.compare_exchange(OPEN, state, done, or).is_ok();
+        if let Some(outbox) = &self.outbox {
+            outbox.close(parting);
+        }
         if let Some(stream) = lock(&self.stream).take() {
             if parting == Parting::GoodBye {
-                // Nothing else is ever sent there, so there is room.
+                // Next to nothing is ever sent there, so there is room.
                 let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-                let _ = rustix::net::send(&stream, &[0], flags);
+                let _ = send(&stream, &[0], flags);
             }
             let _ = stream.shutdown(Shutdown::Both);
         }
@@ -91,7 +156,8 @@ impl Source {
     }
 
     /// Counts a sample that was read.
-    pub(super) fn count_read(&self, sequence: u64) {
+    pub(super) fn count_read(&self, sample: &Sample) {
+        let sequence = sample.sequence;
         let expected = self
             .next
             .swap(sequence.saturating_add(1), Ordering::Relaxed);
@@ -100,6 +166,9 @@ impl Source {
         }
         // One that comes twice, or late, is no sample that has arrived.
         if sequence >= expected {
+            if sample.written > 0 {
+                self.latencies.count(now().saturating_sub(sample.written));
+            }
             self.received.fetch_add(1, Ordering::Release);
         }
     }
@@ -110,9 +179,9 @@ impl Source {
     }
 
     /// Counts a sample that its reader was not to see: no gap for it, as its reading starts afterwards.
-    pub(super) fn count_skipped(&self, sequence: u64) {
+    pub(super) fn count_skipped(&self, sample: &Sample) {
         self.next
-            .store(sequence.saturating_add(1), Ordering::Relaxed);
+            .store(sample.sequence.saturating_add(1), Ordering::Relaxed);
         self.count_drop();
     }
 
@@ -122,6 +191,7 @@ impl Source {
             received: self.received.load(Ordering::Acquire),
             drops: self.drops.load(Ordering::Relaxed),
             gaps: self.gaps.load(Ordering::Relaxed),
+            latency: self.latencies.summary(),
         }
     }
 }
@@ -129,21 +199,28 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::Payload;
     use std::io::Read;
 
     #[test]
     fn only_rising_numbers_count_as_received() {
-        let source = Source::new(None);
+        let source = Source::new(None, ConnectorSettings::default(), None);
         for sequence in [1, 2, 2, 4] {
-            source.count_read(sequence);
+            source.count_read(&Sample {
+                sequence,
+                written: now(),
+                payload: Payload::new(),
+            });
         }
-        assert_eq!((source.counts().received, source.counts().gaps), (3, 1));
+        let counts = source.counts();
+        assert_eq!((counts.received, counts.gaps), (3, 1));
+        assert_eq!(counts.latency.unwrap().count, 3);
     }
 
     #[test]
     fn a_source_that_died_holds_no_file_descriptor() {
         let (ours, mut theirs) = UnixStream::pair().unwrap();
-        let source = Source::new(Some(ours));
+        let source = Source::new(Some(ours), ConnectorSettings::default(), None);
         assert!(source.close(Parting::Loss));
         assert!(!source.close(Parting::Loss));
         assert_eq!(theirs.read(&mut [0]).unwrap(), 0);

@@ -2,18 +2,20 @@
 
 #![allow(unsafe_code)]
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::mem::{offset_of, size_of};
 
 use rts_runtime::abi::{self, ABI_VERSION};
 
-use super::{Code, Direction, Functions, Module, Port};
+use super::list::{MAX_ITEMS, list};
+use super::parameters::parameters;
+use super::{Code, Direction, Execution, Functions, Module, Port};
 use crate::text::{self, TextError};
+use rts_manager_api::control::PortInfo;
 
-/// Most ports, and most parameters, of a type.
-pub(super) const MAX_ITEMS: usize = 1024;
 const MAX_NAME: usize = 256;
 const MAX_VALUE: usize = 64 * 1024;
+const MAX_IDL: usize = 1024 * 1024;
 
 /// What is wrong with a descriptor.
 #[derive(Debug, PartialEq, thiserror::Error)]
@@ -26,12 +28,24 @@ pub enum DescriptorError {
     Unaligned(usize),
     /// Another version of the ABI.
     #[error(
-        "it was built for version {0} of the module interface, this manager knows version {ABI_VERSION}"
+        "it was built for version {0} of the module interface, this manager speaks version {ABI_VERSION}"
     )]
     Version(u32),
     /// Fewer fields than this version has.
     #[error("its descriptor has {0} bytes instead of {expected}", expected = size_of::<abi::Module>())]
     Size(u32),
+    /// An item of a list is shorter than this version has it, or its size is none.
+    #[error("one of its {0} has {1} bytes, which is no size of this version")]
+    ItemSize(&'static str, usize),
+    /// A constraint cannot be read.
+    #[error("the constraint `{1}` of its parameter `{0}` cannot be read: {2}")]
+    Constraint(String, String, String),
+    /// A default is not allowed by the module itself.
+    #[error("its parameter `{0}` has the default `{1}`, which it refuses itself: {2}")]
+    Default(String, String, String),
+    /// A number that means nothing.
+    #[error("its {0} is {1}, which this version does not know")]
+    Number(&'static str, u32),
     /// A function is missing.
     #[error("its function `{0}` is a null pointer")]
     Function(&'static str),
@@ -88,12 +102,21 @@ pub unsafe fn describe(
         if !(module.default_rate.is_finite() && module.default_rate > 0.0) {
             return Err(DescriptorError::Rate(module.default_rate));
         }
+        let parameters = parameters(module)?;
         Ok(Module {
             type_name: found,
             path: path.to_owned(),
             ports: ports(module)?,
-            listed: Vec::new(),
-            parameters: parameters(module)?,
+            listed: services(module)?,
+            parameters: parameters.defaults,
+            facts: parameters.facts,
+            limits: parameters.limits,
+            execution: execution(module.execution_kind)?,
+            activity_type: activity(module.activity_type)?,
+            max_instances: module.max_instances,
+            actions: module.actions,
+            idl: text::read(module.idl, MAX_IDL)
+                .map_err(|e| DescriptorError::Text("its IDL".to_owned(), e))?,
             default_rate: module.default_rate,
             code: Code::Library(Functions {
                 create: module.create,
@@ -108,6 +131,24 @@ pub unsafe fn describe(
                 text("its description", module.description)?,
             ],
         })
+    }
+}
+
+fn execution(number: u32) -> Result<Execution, DescriptorError> {
+    match number {
+        abi::EXECUTION_PERIODIC => Ok(Execution::Periodic),
+        abi::EXECUTION_EVENT_DRIVEN => Ok(Execution::EventDriven),
+        abi::EXECUTION_EXTERNAL => Ok(Execution::External),
+        other => Err(DescriptorError::Number("execution kind", other)),
+    }
+}
+
+fn activity(number: u32) -> Result<&'static str, DescriptorError> {
+    match number {
+        abi::ACTIVITY_PERIODIC => Ok("PERIODIC"),
+        abi::ACTIVITY_SPORADIC => Ok("SPORADIC"),
+        abi::ACTIVITY_EVENT_DRIVEN => Ok("EVENT_DRIVEN"),
+        other => Err(DescriptorError::Number("activity type", other)),
     }
 }
 
@@ -179,40 +220,45 @@ unsafe fn ports(module: &abi::Module) -> Result<Vec<Port>, DescriptorError> {
     Ok(ports)
 }
 
-unsafe fn parameters(module: &abi::Module) -> Result<BTreeMap<String, String>, DescriptorError> {
+/// Service ports, which are shown and can be connected to nothing.
+unsafe fn services(module: &abi::Module) -> Result<Vec<PortInfo>, DescriptorError> {
     // SAFETY: the caller vouches for the list.
-    let list = unsafe { list("parameters", module.parameters, module.parameters_len)? };
-    let mut parameters = BTreeMap::new();
-    for (index, parameter) in list.iter().enumerate() {
+    let list = unsafe { list("services", module.services, module.services_len)? };
+    let mut ports: Vec<PortInfo> = Vec::new();
+    for (index, service) in list.iter().enumerate() {
         // SAFETY: texts of a descriptor live as long as the process.
-        let (name, default) = unsafe {
-            let name = name(&format!("the name of parameter {index}"), parameter.name)?;
-            let default = text(&format!("the default of `{name}`"), parameter.default)?;
-            (name, default)
+        let (port, interface) = unsafe {
+            let port = name(&format!("the port of service {index}"), service.port)?;
+            let interface = name(
+                &format!("the interface of service port `{port}`"),
+                service.interface_id,
+            )?;
+            text(&format!("the interface name of `{port}`"), service.name)?;
+            (port, interface)
         };
-        if parameters.insert(name.clone(), default).is_some() {
-            return Err(DescriptorError::Twice("parameter", name));
+        if !matches!(
+            service.polarity,
+            abi::SERVICE_PROVIDED | abi::SERVICE_REQUIRED
+        ) {
+            return Err(DescriptorError::Direction(port, service.polarity));
+        }
+        match ports.iter_mut().find(|known| known.name == port) {
+            Some(known) => known.data_type = format!("{}, {interface}", known.data_type),
+            None => ports.push(PortInfo {
+                name: port,
+                direction: "service".to_owned(),
+                data_type: interface,
+            }),
         }
     }
-    Ok(parameters)
+    Ok(ports)
 }
 
-unsafe fn list<'a, T>(
-    what: &'static str,
-    items: *const T,
-    length: usize,
-) -> Result<&'a [T], DescriptorError> {
-    if length == 0 {
-        return Ok(&[]);
-    }
-    if length > MAX_ITEMS || items.is_null() || !items.is_aligned() {
-        return Err(DescriptorError::List(what, length));
-    }
-    // SAFETY: bounded, not null, aligned; the caller vouches for the length.
-    Ok(unsafe { std::slice::from_raw_parts(items, length) })
-}
-
-unsafe fn name(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
+/// Copies a name.
+///
+/// # Safety
+/// As [`text::read`].
+pub(super) unsafe fn name(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
     // SAFETY: the caller vouches for the text.
     let name = unsafe { text::read(text, MAX_NAME) }
         .map_err(|e| DescriptorError::Text(what.to_owned(), e))?;
@@ -222,7 +268,11 @@ unsafe fn name(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
     Ok(name)
 }
 
-unsafe fn text(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
+/// Copies a text.
+///
+/// # Safety
+/// As [`text::read`].
+pub(super) unsafe fn text(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
     // SAFETY: the caller vouches for the text.
     unsafe { text::read(text, MAX_VALUE) }.map_err(|e| DescriptorError::Text(what.to_owned(), e))
 }
@@ -248,21 +298,56 @@ mod tests {
 
     fn port((name, direction): (&'static str, u32)) -> abi::Port {
         abi::Port {
+            abi_version: ABI_VERSION,
+            size: size_of::<abi::Port>() as u32,
             name: lend(name),
             type_id: lend("IDL:RTC/TimedLong:1.0"),
             direction,
+            reserved: 0,
         }
+    }
+
+    fn parameter() -> abi::Parameter {
+        abi::Parameter {
+            abi_version: ABI_VERSION,
+            size: size_of::<abi::Parameter>() as u32,
+            name: lend("gain"),
+            default: lend("1.0"),
+            value_type: lend("double"),
+            unit: lend("1"),
+            constraint: lend("0<x<=10"),
+            description: lend("factor"),
+        }
+    }
+
+    fn service(interface_id: &'static str) -> abi::Service {
+        abi::Service {
+            abi_version: ABI_VERSION,
+            size: size_of::<abi::Service>() as u32,
+            port: lend("arm"),
+            name: lend("a"),
+            interface_id: lend(interface_id),
+            polarity: abi::SERVICE_PROVIDED,
+            reserved: 0,
+        }
+    }
+
+    /// The lists of a descriptor.
+    struct Lists {
+        ports: Vec<abi::Port>,
+        parameters: Vec<abi::Parameter>,
+        services: Vec<abi::Service>,
     }
 
     /// A good descriptor, changed by `change`, and what comes of it.
     fn described(
-        change: impl FnOnce(&mut abi::Module, &mut Vec<abi::Port>),
+        change: impl FnOnce(&mut abi::Module, &mut Lists),
     ) -> Result<Module, DescriptorError> {
-        let mut ports: Vec<_> = PORTS.map(port).into();
-        let parameters = [abi::Parameter {
-            name: lend("gain"),
-            default: lend("1.0"),
-        }];
+        let mut lists = Lists {
+            ports: PORTS.map(port).into(),
+            parameters: vec![parameter()],
+            services: vec![service("IDL:A:1.0"), service("IDL:B:1.0")],
+        };
         let mut module = abi::Module {
             abi_version: ABI_VERSION,
             size: size_of::<abi::Module>() as u32,
@@ -271,22 +356,29 @@ mod tests {
             category: lend("c"),
             version: lend("1"),
             description: lend(""),
+            idl: lend(""),
             default_rate: 100.0,
-            ports: ports.as_ptr(),
-            ports_len: ports.len(),
-            parameters: parameters.as_ptr(),
-            parameters_len: 1,
+            execution_kind: abi::EXECUTION_EVENT_DRIVEN,
+            activity_type: abi::ACTIVITY_SPORADIC,
+            max_instances: 2,
+            actions: abi::ALL_ACTIONS,
+            ports: lists.ports.as_ptr(),
+            ports_len: lists.ports.len(),
+            parameters: lists.parameters.as_ptr(),
+            parameters_len: lists.parameters.len(),
+            services: lists.services.as_ptr(),
+            services_len: lists.services.len(),
             create,
             destroy,
             callback,
             configure,
         };
-        change(&mut module, &mut ports);
+        change(&mut module, &mut lists);
         // SAFETY: lists and texts live until the end of this function.
         unsafe { describe(&module, "Filter", "libfilter.so") }
     }
 
-    fn refused(change: impl FnOnce(&mut abi::Module, &mut Vec<abi::Port>)) -> String {
+    fn refused(change: impl FnOnce(&mut abi::Module, &mut Lists)) -> String {
         described(change).unwrap_err().to_string()
     }
 
@@ -297,30 +389,79 @@ mod tests {
         assert_eq!(info.ports[1].name, "out");
         assert_eq!(info.ports[1].direction, "out");
         assert_eq!(info.parameters["gain"], "1.0");
+        let gain = &info.facts["gain"];
+        let said = [&gain.value_type, &gain.unit, &gain.constraint];
+        assert_eq!(said, ["double", "1", "0<x<=10"]);
+        assert_eq!(info.execution_kind, "eventDriven");
+        assert_eq!(info.activity_type, "SPORADIC");
+        assert_eq!(info.max_instances, Some(2));
+        let arm = PortInfo {
+            name: "arm".to_owned(),
+            direction: "service".to_owned(),
+            data_type: "IDL:A:1.0, IDL:B:1.0".to_owned(),
+        };
+        assert_eq!(info.ports[2..], [arm]);
+    }
+
+    /// A port of a later SDK, which has appended a field.
+    #[repr(C)]
+    struct Longer {
+        port: abi::Port,
+        appended: u64,
+    }
+
+    #[test]
+    fn what_a_later_sdk_appended_is_passed_over() {
+        let size = size_of::<Longer>() as u32;
+        let longer = PORTS.map(|it| Longer {
+            port: abi::Port { size, ..port(it) },
+            appended: u64::MAX,
+        });
+        let module = described(|m, _| {
+            m.size += 64;
+            m.ports = longer.as_ptr().cast();
+        });
+        let names: Vec<_> = module.unwrap().ports.into_iter().map(|p| p.name).collect();
+        assert_eq!(names, ["in", "out"]);
+        assert!(refused(|_, l| l.ports[0].size -= 8).contains("one of its ports has 40 bytes"));
+        assert!(refused(|_, l| l.ports[1].size += 8).contains("one of its ports has 48 bytes"));
+        assert!(refused(|_, l| l.ports[0].size += 3).contains("51 bytes"));
+        assert!(refused(|_, l| l.ports[1].abi_version = 2).contains("for version 2"));
     }
 
     #[test]
     fn each_fault_is_named() {
         assert_eq!(
             refused(|m, _| m.abi_version = 7),
-            "it was built for version 7 of the module interface, this manager knows version 0"
+            "it was built for version 7 of the module interface, this manager speaks version 1"
         );
         assert!(refused(|m, _| m.size = 16).contains("16 bytes"));
         assert!(refused(|m, _| m.default_rate = f64::NAN).contains("NaN"));
         assert!(refused(|m, _| m.ports_len = 1025).contains("1025 ports"));
         assert!(refused(|m, _| m.ports = std::ptr::null()).contains("null pointer"));
         assert!(refused(|m, _| m.parameters = std::ptr::null()).contains("1 parameters"));
-        assert!(refused(|_, p| p[1].direction = 9).contains("unknown direction 9"));
+        assert!(refused(|_, l| l.ports[1].direction = 9).contains("unknown direction 9"));
         assert_eq!(
-            refused(|_, p| p[1].name = lend("in")),
+            refused(|_, l| l.ports[1].name = lend("in")),
             "port `in` is there twice"
         );
         assert_eq!(
-            refused(|_, p| p[0].name = lend("")),
+            refused(|_, l| l.ports[0].name = lend("")),
             "the name of port 0 is empty"
         );
-        assert!(refused(|_, p| p[0].name.len = 1 << 40).contains("longer than the limit"));
+        assert!(refused(|_, l| l.ports[0].name.len = 1 << 40).contains("longer than the limit"));
         assert!(refused(|m, _| m.type_name.data = std::ptr::null()).contains("null pointer"));
+        assert!(refused(|m, _| m.execution_kind = 3).contains("execution kind is 3"));
+        assert!(refused(|m, _| m.activity_type = 9).contains("activity type is 9"));
+        assert!(refused(|_, l| l.services[1].polarity = 2).contains("unknown direction 2"));
+        assert_eq!(
+            refused(|_, l| l.parameters[0].default = lend("11")),
+            "its parameter `gain` has the default `11`, which it refuses itself: allowed: 0 < x <= 10"
+        );
+        assert_eq!(
+            refused(|_, l| l.parameters[0].constraint = lend("(a")),
+            "the constraint `(a` of its parameter `gain` cannot be read: `(` is never closed"
+        );
         assert_eq!(
             refused(|m, _| m.type_name = lend("Other")),
             "it holds the type `Other`, not `Filter`"
@@ -343,6 +484,7 @@ mod tests {
         let error = unsafe {
             base.byte_add(offset_of!(abi::Module, size))
                 .write(size_of::<abi::Module>() as u32);
+            base.write(ABI_VERSION);
             describe(base.cast(), "Filter", "x")
         };
         assert_eq!(error.unwrap_err(), DescriptorError::Function("create"));

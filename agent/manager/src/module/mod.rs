@@ -5,7 +5,9 @@
 #![allow(unsafe_code)]
 
 mod descriptor;
+mod list;
 pub mod loading;
+mod parameters;
 mod stand_in;
 
 use std::collections::BTreeMap;
@@ -13,8 +15,10 @@ use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-use rts_manager_api::control::{ModuleInfo, PortInfo, StandInShape};
+use rts_manager_api::control::{ModuleInfo, ParameterFacts, PortInfo, StandInShape};
+use rts_runtime::abi::ABI_VERSION;
 use rts_runtime::abi::{self, ENTRY, Entry};
+use rts_schemas::check::Limits;
 
 use self::descriptor::{DescriptorError, describe};
 
@@ -51,11 +55,53 @@ pub struct Module {
     listed: Vec<PortInfo>,
     /// Parameters with their defaults.
     pub parameters: BTreeMap<String, String>,
+    /// What more it says of its parameters.
+    facts: BTreeMap<String, ParameterFacts>,
+    /// Which values it allows.
+    pub limits: BTreeMap<String, Limits>,
+    /// Execution context when nothing else is said.
+    pub execution: Execution,
+    /// Activity type, as a profile has it.
+    activity_type: &'static str,
+    /// Most instances in this process; 0 for any number.
+    pub max_instances: u32,
+    /// Callbacks that it implements, a bit each.
+    pub actions: u32,
+    /// IDL source of its own types.
+    idl: String,
     /// Rate in Hz when nothing else is said.
     pub default_rate: f64,
     /// What its components run.
     pub code: Code,
     texts: [String; 4],
+}
+
+/// When an execution context runs a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Execution {
+    /// At a fixed rate.
+    Periodic,
+    /// When a sample arrives, or when the component asks for one.
+    EventDriven,
+    /// When somebody asks for one.
+    External,
+}
+
+impl Execution {
+    /// Name in the protocol.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Periodic => "periodic",
+            Self::EventDriven => "eventDriven",
+            Self::External => "other",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn of(name: &str) -> Option<Self> {
+        let all = [Self::Periodic, Self::EventDriven, Self::External];
+        all.into_iter().find(|kind| kind.name() == name)
+    }
 }
 
 /// What components run.
@@ -104,6 +150,17 @@ pub enum LoadError {
         /// Path that was opened.
         path: String,
     },
+    /// It speaks another version of the module interface.
+    #[error(
+        "{path} was built for version {version} of the module interface, and this manager speaks version {ABI_VERSION}; \
+         {}", mend(*.version)
+    )]
+    Version {
+        /// Of the module.
+        version: u32,
+        /// Path that was opened.
+        path: String,
+    },
     /// Its descriptor is not acceptable.
     #[error("{path} is not a usable module: {reason}; rebuild it with the SDK of this manager")]
     Descriptor {
@@ -113,6 +170,18 @@ pub enum LoadError {
         path: String,
     },
 }
+
+/// What brings the two versions together.
+fn mend(version: u32) -> &'static str {
+    if version < ABI_VERSION {
+        "rebuild the module with the SDK of this rtsctl"
+    } else {
+        "upgrade rtsctl on this node, or rebuild the module with the SDK of this rtsctl"
+    }
+}
+
+/// Versions that are looked for to say which one a module was built for.
+const VERSIONS: std::ops::Range<u32> = 0..16;
 
 impl Module {
     /// Opens a module and checks that it holds the type.
@@ -129,16 +198,27 @@ impl Module {
             })?;
         let library = ManuallyDrop::new(library);
         // SAFETY: the ABI fixes the type of the function with this name.
-        let entry = unsafe { library.get::<Entry>(ENTRY.as_bytes()) }.map_err(|error| {
-            LoadError::Entry {
+        let entry = unsafe { library.get::<Entry>(ENTRY.as_bytes()) };
+        let entry = entry.map_err(|error| match other_version(&library) {
+            Some(version) => LoadError::Version {
+                version,
+                path: shown.clone(),
+            },
+            None => LoadError::Entry {
                 reason: chain(&error),
                 path: shown.clone(),
-            }
+            },
         })?;
         // SAFETY: the ABI lets it be called at any time, and its answer lives as long as the process.
-        unsafe { describe(entry(), type_name, &shown) }.map_err(|reason| LoadError::Descriptor {
-            reason,
-            path: shown,
+        unsafe { describe(entry(), type_name, &shown) }.map_err(|reason| match reason {
+            DescriptorError::Version(version) => LoadError::Version {
+                version,
+                path: shown,
+            },
+            reason => LoadError::Descriptor {
+                reason,
+                path: shown,
+            },
         })
     }
 
@@ -154,6 +234,11 @@ impl Module {
             path: self.path.clone(),
             ports: self.port_infos(),
             parameters: self.parameters.clone(),
+            facts: self.facts.clone(),
+            execution_kind: self.execution.name().to_owned(),
+            activity_type: self.activity_type.to_owned(),
+            idl: self.idl.clone(),
+            max_instances: (self.max_instances > 0).then_some(self.max_instances),
         }
     }
 
@@ -178,6 +263,17 @@ impl Module {
     pub fn is_stand_in(&self) -> bool {
         matches!(self.code, Code::StandIn(_))
     }
+}
+
+/// The version of the interface that a library has an entry function for, when it has none for ours.
+fn other_version(library: &Library) -> Option<u32> {
+    let stem = ENTRY.trim_end_matches(|c: char| c.is_ascii_digit());
+    VERSIONS
+        .filter(|version| *version != ABI_VERSION)
+        .find(|version| {
+            // SAFETY: the address is looked for, and nothing is called.
+            unsafe { library.get::<Entry>(format!("{stem}{version}").as_bytes()) }.is_ok()
+        })
 }
 
 /// An error with its causes: libloading keeps the text of dlerror as the cause.

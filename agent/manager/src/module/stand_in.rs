@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use rts_manager_api::control::{PortInfo, StandInShape};
+use rts_runtime::abi::ALL_ACTIONS;
 use rts_schemas::stand_in::recorded;
 
-use super::descriptor::MAX_ITEMS;
-use super::{Code, Direction, Module, Port};
+use super::list::MAX_ITEMS;
+use super::{Code, Direction, Execution, Module, Port};
 
 /// Rate in Hz of stand-ins for which nothing else is said.
 const DEFAULT_RATE: f64 = 20.0;
@@ -43,6 +44,13 @@ impl Module {
             ports: Vec::new(),
             listed: Vec::new(),
             parameters: shape.parameters.clone(),
+            facts: Default::default(),
+            limits: Default::default(),
+            execution: Execution::Periodic,
+            activity_type: "",
+            max_instances: 0,
+            actions: ALL_ACTIONS,
+            idl: String::new(),
             default_rate: DEFAULT_RATE,
             code: Code::StandIn(shape.clone()),
             texts: Default::default(),

@@ -5,15 +5,16 @@ use std::thread;
 use std::time::Instant;
 
 use rts_manager_api::control::{Binding, ConnectRequest, Failure, ResponseBody};
+use rts_schemas::connector::{ConnectorSettings, Dataflow, Interface};
 
 use crate::component::Component;
 use crate::data::accept::check_types;
 use crate::data::binding::End;
 use crate::data::connector::{Connector, Link};
 use crate::data::dial::dial;
-use crate::data::outbox::Outbox;
-use crate::data::{Ended, Parting};
-use crate::failure::{conflict, internal};
+use crate::data::sender::Sender;
+use crate::data::{Ended, Parting, direct, settings};
+use crate::failure::{conflict, internal, invalid};
 use crate::manager::Manager;
 use crate::slots::Slot;
 use crate::sync::lock;
@@ -67,10 +68,18 @@ pub fn connect(
     deadline: Instant,
 ) -> Result<ResponseBody, Failure> {
     let component = manager.component(&request.instance)?;
+    let settings = settings(&request.properties)?;
+    if settings.interface == Interface::Direct && request.target_socket.is_some() {
+        return Err(invalid(format!(
+            "`dataport.interface_type` of the connector {} is direct, which needs both components in one process; \
+             {} is in another: place both in one manager, or choose corba_cdr",
+            request.connector, request.target_instance
+        )));
+    }
     let Some(connector) = add(&component, request)? else {
         return Ok(ResponseBody::Done);
     };
-    let connected = establish(manager, &component, &connector, deadline);
+    let connected = establish(manager, &component, &connector, settings, deadline);
     match (&connected, connector.replaces_lost) {
         (Ok(()), _) => made(&component, &connector),
         // What was lost is still lost.
@@ -124,13 +133,14 @@ fn establish(
     manager: &Arc<Manager>,
     component: &Arc<Component>,
     connector: &Arc<Connector>,
+    settings: ConnectorSettings,
     deadline: Instant,
 ) -> Result<(), Failure> {
     let request = &connector.request;
     let port = component.out_port(&request.port)?;
     let socket = match &request.target_socket {
         None => {
-            let link = direct(manager, request, &port.data_type)?;
+            let link = here(manager, request, &port.data_type, settings)?;
             return agreed(connector.establish(link), request);
         }
         Some(socket) => socket,
@@ -139,15 +149,16 @@ fn establish(
         .outgoing
         .take()
         .ok_or_else(|| conflict("there are too many connections to other managers already"))?;
-    let dialled = dial(socket, request, &port.data_type, deadline)?;
-    let outbox = Outbox::new(dialled.stream, dialled.good_bye)
+    let pulls = settings.dataflow == Dataflow::Pull;
+    let dialled = dial(socket, request, &port.data_type, pulls, deadline)?;
+    let sender = Sender::new(dialled.stream, dialled.agreed, &settings)
         .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;
-    let outbox = Arc::new(outbox);
+    let sender = Arc::new(sender);
     agreed(
-        connector.establish(Link::Socket(Arc::clone(&outbox))),
+        connector.establish(Link::Socket(Arc::clone(&sender))),
         request,
     )?;
-    send(manager, connector, outbox, slot)
+    send(manager, connector, sender, slot)
 }
 
 fn agreed(established: bool, request: &ConnectRequest) -> Result<(), Failure> {
@@ -162,7 +173,12 @@ fn agreed(established: bool, request: &ConnectRequest) -> Result<(), Failure> {
 }
 
 /// Connects to an in-port of this process. It is bound on the way when it is not yet: who asks for this controls both.
-fn direct(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Result<Link, Failure> {
+fn here(
+    manager: &Manager,
+    request: &ConnectRequest,
+    data_type: &str,
+    settings: ConnectorSettings,
+) -> Result<Link, Failure> {
     let target = manager.component(&request.target_instance)?;
     if target.identity.incarnation != request.target_incarnation {
         return Err(conflict(format!(
@@ -187,10 +203,7 @@ fn direct(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Resul
             source,
         },
     )?;
-    Ok(Link::Direct {
-        port: Arc::clone(&end.port),
-        source: end.open(None, &manager.events)?,
-    })
+    direct::link(&end, settings, &manager.outgoing, &manager.events)
 }
 
 /// Tells of a connection that this side did not close.
@@ -211,13 +224,13 @@ fn report(manager: &Manager, request: &ConnectRequest, ended: &Ended) {
 fn send(
     manager: &Arc<Manager>,
     connector: &Arc<Connector>,
-    outbox: Arc<Outbox>,
+    sender: Arc<Sender>,
     slot: Slot,
 ) -> Result<(), Failure> {
     let spawned = thread::Builder::new().name("sender".to_owned()).spawn({
         let (manager, connector) = (Arc::clone(manager), Arc::clone(connector));
         move || {
-            let ended = outbox.send();
+            let ended = sender.send();
             if connector.close(ended.parting()) {
                 report(&manager, &connector.request, &ended);
             }

@@ -24,7 +24,7 @@ pub fn load(
     deadline: Instant,
 ) -> Result<ResponseBody, Failure> {
     if let Some(module) = loaded(manager, type_name, path)? {
-        return Ok(ResponseBody::Module(module.info()));
+        return Ok(ResponseBody::Module(Box::new(module.info())));
     }
     if !Path::new(path).is_absolute() {
         return Err(invalid(format!("the module path `{path}` is not absolute")));
@@ -51,7 +51,7 @@ pub fn load(
     opening.map_err(|e| internal(format!("no thread for dlopen: {e}")))?;
     let left = deadline.saturating_duration_since(Instant::now());
     match answer.recv_timeout(left) {
-        Ok(module) => Ok(ResponseBody::Module(module?.info())),
+        Ok(module) => Ok(ResponseBody::Module(Box::new(module?.info()))),
         Err(RecvTimeoutError::Timeout) => {
             let late = || format!("{path} was opened too late");
             Err(hangs(manager.loading.hangs().unwrap_or_else(late)))

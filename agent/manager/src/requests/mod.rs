@@ -66,6 +66,7 @@ pub fn handle(
             act(&instance, Action::Deactivate { by_hand })
         }
         RequestBody::Reset { instance } => act(&instance, Action::Reset),
+        RequestBody::Tick { instance, cycles } => act(&instance, Action::Tick { cycles }),
         RequestBody::Delete { instance } => match manager.component(&instance) {
             Ok(component) => {
                 component.call(Action::Delete, deadline)?;

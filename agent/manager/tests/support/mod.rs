@@ -263,6 +263,18 @@ pub fn until(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
+/// Sets values of the default set.
+pub fn configure(instance: &str, parameters: &[(&str, &str)]) -> RequestBody {
+    RequestBody::Configure {
+        instance: instance.to_owned(),
+        sets: default_set(parameters),
+        active: None,
+        rate: None,
+        on_disconnect: None,
+        by_hand: None,
+    }
+}
+
 /// Configures nothing but the policy for a lost peer.
 pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
     RequestBody::Configure {

@@ -9,7 +9,7 @@ use rts_manager_api::control::RequestBody;
 use rts_plan::desired::PlacedComponent;
 use rts_plan::observed::{ComponentObserved, LifeCycleState};
 use rts_plan::target;
-use rts_schemas::system::DriftPolicy;
+use rts_schemas::system::{DriftPolicy, ExecutionKind};
 
 use super::super::LIMIT;
 use super::super::answers::{link, step};
@@ -121,6 +121,41 @@ impl Agent {
         let wanted = subject.wanted.as_ref().map(|wanted| &wanted.component);
         acted.notes = acted.system.iter().zip(wanted).map(note).collect();
         Ok(acted)
+    }
+
+    pub(super) async fn tick_by_hand(
+        self: &Arc<Self>,
+        instance: &str,
+        cycles: u32,
+        dry_run: bool,
+    ) -> Result<Acted, Problem> {
+        let subject = self.subject(instance).await?;
+        let (node, target) = (&self.config.node, target::component(instance));
+        let kind = match subject.component.execution_kind {
+            ExecutionKind::Other => None,
+            ExecutionKind::Periodic => Some("periodic"),
+            ExecutionKind::EventDriven => Some("event-driven"),
+        };
+        if let Some(kind) = kind {
+            return Err(wrong_state(format!(
+                "the execution context of {instance} is {kind} and runs by itself; only one of the kind OTHER is ticked"
+            )));
+        }
+        if subject.component.state != LifeCycleState::Active {
+            return Err(wrong_state(format!(
+                "{instance} is {:?}: only what is Active runs cycles",
+                subject.component.state
+            )));
+        }
+        if !dry_run {
+            let request = RequestBody::Tick {
+                instance: instance.to_owned(),
+                cycles,
+            };
+            let done = subject.manager.link.done(request, LIMIT).await;
+            done.map_err(link)?;
+        }
+        Ok(subject.changed(node, target, dry_run))
     }
 }
 

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use rts_agent_api::messages::ModuleDescription;
+use rts_agent_api::messages::{ModuleDescription, ParameterLimits};
 use rts_host::identity::Identity;
 use rts_host::process::signal_group_of;
-use rts_manager_api::control::ModuleInfo;
+use rts_manager_api::control::{ModuleInfo, ParameterFacts};
 use rustix::process::Signal;
 use tokio::io::AsyncReadExt;
 use tokio::process::{Child, Command};
@@ -78,7 +78,16 @@ pub(super) async fn describe(
     Ok(ModuleDescription {
         ports: info.ports.into_iter().map(port).collect(),
         parameters: info.parameters,
+        limits: info.facts.into_iter().map(limits).collect(),
     })
+}
+
+fn limits((name, facts): (String, ParameterFacts)) -> (String, ParameterLimits) {
+    let limits = ParameterLimits {
+        value_type: facts.value_type,
+        constraint: facts.constraint,
+    };
+    (name, limits)
 }
 
 async fn answer(child: &mut Child) -> std::io::Result<(bool, Vec<u8>, Vec<u8>)> {

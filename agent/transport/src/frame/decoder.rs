@@ -56,7 +56,9 @@ impl Decoder {
                 (&mut body.bytes, room.min(missing))
             }
             None => {
-                if self.buffer.capacity() - self.buffer.len() < HEADER + SHARED {
+                // From its beginning again when all of it was read: that memory is in the cache.
+                let again = self.buffer.is_empty() && self.buffer.try_reclaim(STEP);
+                if !again && self.buffer.capacity() - self.buffer.len() < HEADER + SHARED {
                     self.buffer.reserve(STEP);
                 }
                 let room = self.buffer.capacity() - self.buffer.len();
@@ -136,7 +138,9 @@ impl Decoder {
     }
 
     fn large(&mut self) -> Option<Message> {
-        let body = self.body.take_if(|body| body.bytes.len() >= body.size)?;
+        let mut body = self.body.take_if(|body| body.bytes.len() >= body.size)?;
+        // Has the memory counted from now on, so that no counter is made for each sample in it.
+        drop(body.bytes.split_off(body.size));
         let payload = body.bytes.freeze();
         self.spare.keep(&payload);
         Some(Message::Sample(Sample {

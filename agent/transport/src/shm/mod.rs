@@ -24,7 +24,7 @@ use reader::Reader;
 use writer::Writer;
 
 /// Bytes of the ring, if nothing else is asked for. A larger sample travels in pieces.
-pub const RING: usize = 2 * 1024 * 1024;
+pub const RING: usize = 1024 * 1024;
 
 /// The sending end of a connection whose other end has agreed.
 pub fn sender(control: UnixStream) -> io::Result<impl Sender + use<>> {

@@ -12,12 +12,12 @@ use rustix::net::SendFlags;
 use super::layout::{READER, TAKEN, WRITER, WRITTEN};
 use super::map::Map;
 use super::sleep::Sleep;
-use super::writer::enough;
 use crate::socket::{GOOD_BYE, look};
+use crate::spin::Spin;
 use crate::stream::{Read, Source};
 
-/// The writer is told after so many bytes, so that it copies in while more is copied out.
-const PIECE: usize = 64 * 1024;
+/// Bytes that are copied out at a time.
+const PIECE: usize = 32 * 1024;
 
 /// Takes bytes out of the ring. Read by one thread at a time, which its owner sees to.
 #[derive(Debug)]
@@ -26,6 +26,9 @@ pub struct Reader {
     control: UnixStream,
     /// Bytes taken: what is in the shared memory is for the writer only.
     taken: AtomicU64,
+    /// The writer knows of these: it is told before this side waits, or when it may need the room.
+    told: AtomicU64,
+    spin: Spin,
 }
 
 impl Reader {
@@ -35,6 +38,8 @@ impl Reader {
             map,
             control,
             taken: AtomicU64::new(0),
+            told: AtomicU64::new(0),
+            spin: Spin::default(),
         }
     }
 
@@ -61,17 +66,25 @@ impl Reader {
         self.map.copy_out(begin, length, into);
         let taken = begin.wrapping_add(length as u64);
         self.taken.store(taken, Ordering::Relaxed);
-        self.map.count(TAKEN).store(taken, Ordering::Release);
-        if self.map.ring() - (waiting - length) >= enough(&self.map) {
-            self.writer().wake();
+        if taken.wrapping_sub(self.told.load(Ordering::Relaxed)) >= untold(&self.map) {
+            self.tell();
         }
         Ok(true)
+    }
+
+    /// Tells the writer what was taken.
+    fn tell(&self) {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if self.told.swap(taken, Ordering::Relaxed) != taken {
+            self.writer().tell(self.map.count(TAKEN), taken);
+        }
     }
 
     fn writer(&self) -> Sleep<'_> {
         Sleep {
             word: self.map.word(WRITER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
 
@@ -79,8 +92,14 @@ impl Reader {
         Sleep {
             word: self.map.word(READER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
+}
+
+/// So much may be taken without telling the writer.
+fn untold(map: &Map) -> u64 {
+    map.ring() as u64 / 8
 }
 
 impl Source for Reader {
@@ -93,6 +112,7 @@ impl Source for Reader {
         if self.take(into, limit)? {
             return Ok(Read::Some);
         }
+        self.tell();
         if let Some(patience) = patience.filter(|patience| !patience.is_zero()) {
             // A count that cannot be is one to look at.
             let ready = || self.waiting() != Some(0);

@@ -5,8 +5,8 @@
 
 use std::io;
 use std::os::fd::BorrowedFd;
-use std::sync::atomic::{AtomicU32, Ordering, fence};
-use std::time::Duration;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering, fence};
+use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
@@ -14,7 +14,8 @@ use rustix::net::SendFlags;
 use rustix::thread::futex;
 
 use super::layout::{AWAKE, ON_SOCKET, ON_WORD, WAKE};
-use crate::signal::{spins, timespec};
+use crate::signal::timespec;
+use crate::spin::Spin;
 
 /// A process that dies wakes nobody who sleeps on a word.
 const ON_WORD_FOR: Duration = Duration::from_millis(50);
@@ -26,14 +27,16 @@ pub struct Sleep<'a> {
     pub word: &'a AtomicU32,
     /// To the other process.
     pub control: BorrowedFd<'a>,
+    /// What was learned of earlier waits.
+    pub spin: &'a Spin,
 }
 
 impl Sleep<'_> {
-    /// The other side was given something. Costs a fence when it does not sleep.
-    pub fn wake(self) {
-        // What was given must be seen by a sleeper that is not seen here.
-        fence(Ordering::SeqCst);
-        if self.word.load(Ordering::Relaxed) != AWAKE {
+    /// Tells the other side a count, and wakes it if it sleeps.
+    pub fn tell(self, count: &AtomicU64, value: u64) {
+        // In one order with the sleeper's: either it sees the count, or it is seen to sleep.
+        count.swap(value, Ordering::SeqCst);
+        if self.word.load(Ordering::SeqCst) != AWAKE {
             self.ring();
         }
     }
@@ -61,12 +64,10 @@ impl Sleep<'_> {
 
     /// Waits until `ready`, or something is on the socket, or until then at the latest; or for no reason.
     pub fn wait(self, patience: Duration, ready: impl Fn() -> bool) -> io::Result<()> {
-        for _ in 0..spins() {
-            if ready() {
-                return Ok(());
-            }
-            std::hint::spin_loop();
+        if self.spin.until(&ready) {
+            return Ok(());
         }
+        let begin = Instant::now();
         let nap = timespec(patience.min(ON_WORD_FOR));
         let word_changed = self.sleep(ON_WORD, &ready, || {
             match futex::wait(self.word, futex::Flags::empty(), ON_WORD, nap.as_ref()) {
@@ -74,6 +75,7 @@ impl Sleep<'_> {
                 _ => Ok(true),
             }
         })?;
+        self.spin.slept(begin.elapsed());
         if word_changed || patience <= ON_WORD_FOR {
             return Ok(());
         }

@@ -11,10 +11,11 @@ use super::map::Map;
 use super::sleep::Sleep;
 use crate::Ended;
 use crate::socket::look;
+use crate::spin::Spin;
 use crate::stream::Sink;
 
 /// The reader is told after so many bytes, so that it copies out while more is copied in.
-const PIECE: usize = 64 * 1024;
+const PIECE: usize = 32 * 1024;
 
 /// Puts bytes into the ring. Written to by one thread at a time, which its owner sees to.
 #[derive(Debug)]
@@ -25,6 +26,7 @@ pub struct Writer {
     written: AtomicU64,
     /// Bytes that the reader had taken when last looked at.
     taken: AtomicU64,
+    spin: Spin,
 }
 
 impl Writer {
@@ -35,14 +37,20 @@ impl Writer {
             control,
             written: AtomicU64::new(0),
             taken: AtomicU64::new(0),
+            spin: Spin::default(),
         }
     }
 
-    /// Room for so many bytes.
+    /// Room for so many bytes. Also looked at by a thread that waits while another writes.
     fn room(&self) -> io::Result<usize> {
+        // First, so that the other count is not an older one.
+        let known = self.taken.load(Ordering::Acquire);
         let taken = self.map.count(TAKEN).load(Ordering::Acquire);
-        self.taken.store(taken, Ordering::Relaxed);
-        self.room_after(taken).ok_or_else(|| {
+        self.taken.store(taken, Ordering::Release);
+        let written = self.written.load(Ordering::Relaxed);
+        let has_shrunk = written.wrapping_sub(taken) > written.wrapping_sub(known);
+        let room = self.room_after(taken).filter(|_| !has_shrunk);
+        room.ok_or_else(|| {
             let text = "it says that it has read what was not written";
             io::Error::new(io::ErrorKind::InvalidData, text)
         })
@@ -65,6 +73,7 @@ impl Writer {
         Sleep {
             word: self.map.word(READER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
 
@@ -72,6 +81,7 @@ impl Writer {
         Sleep {
             word: self.map.word(WRITER),
             control: self.control.as_fd(),
+            spin: &self.spin,
         }
     }
 }
@@ -94,8 +104,7 @@ impl Sink for Writer {
         length += self.put(begin + length as u64, rest, room - length);
         let written = begin + length as u64;
         self.written.store(written, Ordering::Relaxed);
-        self.map.count(WRITTEN).store(written, Ordering::Release);
-        self.reader().wake();
+        self.reader().tell(self.map.count(WRITTEN), written);
         Ok(length)
     }
 
@@ -121,6 +130,6 @@ impl Sink for Writer {
 }
 
 /// A writer that waits for room is woken for so much at least, and not for each sample that is taken.
-pub fn enough(map: &Map) -> usize {
+fn enough(map: &Map) -> usize {
     map.ring() / 4
 }

@@ -12,17 +12,12 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// Of a sample.
-    pub fn sample(sample: Sample) -> Self {
-        let header = Header::Sample {
-            size: sample.payload.len(),
-            sequence: sample.sequence,
-            time: sample.time,
-        };
+    /// Of a sample, so much of which has gone.
+    pub fn sample(sample: Sample, header: [u8; HEADER], gone: usize) -> Self {
         Self {
-            header: header.encode(),
+            header,
             sample: Some(sample),
-            gone: 0,
+            gone,
         }
     }
 
@@ -50,17 +45,5 @@ impl Pending {
         self.gone += bytes;
         let payload = self.sample.as_ref().map(|s| &s.payload);
         self.gone >= HEADER + payload.map_or(0, Payload::len)
-    }
-
-    /// The sample, when nothing of it has gone yet.
-    pub fn untouched(self) -> Result<Sample, Self> {
-        match self {
-            Self {
-                sample: Some(sample),
-                gone: 0,
-                ..
-            } => Ok(sample),
-            begun => Err(begun),
-        }
     }
 }

@@ -50,7 +50,13 @@ impl<S: Source> StreamReceiver<S> {
 
     fn read(&mut self, patience: Option<Duration>) -> Result<Option<Sample>, Ended> {
         let mut wait = patience;
-        let mut until = None;
+        // Most samples need no clock; the first look at it comes after the first wait.
+        let mut begun = None;
+        let mut left = |patience: Option<Duration>| {
+            let begun = begun.get_or_insert_with(Instant::now);
+            let left = patience?.saturating_sub(begun.elapsed());
+            (!left.is_zero()).then_some(left)
+        };
         loop {
             // A close of this side wins over all that is still there.
             if self.shared.closed.load(Ordering::Acquire) {
@@ -64,16 +70,12 @@ impl<S: Source> StreamReceiver<S> {
             let (space, limit) = self.decoder.space();
             match self.shared.source.read(space, limit, wait) {
                 Ok(Read::Some) => {}
-                Ok(Read::Nothing) if wait.is_none_or(|wait| wait.is_zero()) => return Ok(None),
-                Ok(Read::Nothing) => {}
+                Ok(Read::Nothing) => match left(patience) {
+                    None => return Ok(None),
+                    left => wait = left,
+                },
                 Ok(Read::End) => return Err(self.judge_end()),
                 Err(error) => return Err(self.judge(Ended::lost(error))),
-            }
-            if let Some(patience) = patience {
-                let until = until.get_or_insert_with(|| Instant::now().checked_add(patience));
-                wait = Some(until.map_or(Duration::MAX, |until| {
-                    until.saturating_duration_since(Instant::now())
-                }));
             }
         }
     }

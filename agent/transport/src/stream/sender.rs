@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use super::pending::Pending;
 use super::{LOOK, Sink};
 use crate::ends::Close;
+use crate::frame::{HEADER, Header};
 use crate::{Closer, Ended, MAX_SAMPLE, Parting, Refused, Sample, Sender, lock};
 
 /// A connection that is closed has this long to take what is half sent, and the good-bye.
@@ -73,18 +74,18 @@ impl<S: Sink> StreamSender<S> {
         if is_full {
             return Err(Refused::Full(sample));
         }
-        state.pending = Some(Pending::sample(sample));
-        match self.0.pump(state) {
-            Pumped::Idle => Ok(Pumped::Idle),
-            Pumped::Ended => Err(Refused::Ended(state.ended().unwrap_or(Ended::Here))),
-            Pumped::Blocked => match state.pending.take().map(Pending::untouched) {
-                Some(Ok(sample)) => Err(Refused::Full(sample)),
-                Some(Err(begun)) => {
-                    state.pending = Some(begun);
-                    Ok(Pumped::Blocked)
+        let header = header(&sample);
+        match self.0.write(state, &header, &sample.payload) {
+            Err(ended) => Err(Refused::Ended(ended)),
+            Ok(0) => Err(Refused::Full(sample)),
+            Ok(gone) if gone == HEADER + sample.payload.len() => Ok(Pumped::Idle),
+            Ok(gone) => {
+                state.pending = Some(Pending::sample(sample, header, gone));
+                match self.0.pump(state) {
+                    Pumped::Ended => Err(Refused::Ended(state.ended().unwrap_or(Ended::Here))),
+                    pumped => Ok(pumped),
                 }
-                None => Ok(Pumped::Idle),
-            },
+            }
         }
     }
 
@@ -104,6 +105,15 @@ impl<S: Sink> StreamSender<S> {
             }
         }
     }
+}
+
+fn header(sample: &Sample) -> [u8; HEADER] {
+    let header = Header::Sample {
+        size: sample.payload.len(),
+        sequence: sample.sequence,
+        time: sample.time,
+    };
+    header.encode()
 }
 
 /// Time until then; none is for ever.
@@ -140,23 +150,44 @@ impl<S: Sink> Shared<S> {
             };
             let (header, payload) = pending.rest();
             match self.sink.write(header, payload) {
-                Ok(0) => {
-                    return match self.sink.look() {
-                        Some(ended) => self.end(state, ended),
-                        None => Pumped::Blocked,
-                    };
-                }
+                Ok(0) => return self.look(state).map_or(Pumped::Blocked, |_| Pumped::Ended),
                 Ok(written) => {
                     if pending.advance(written) {
                         state.pending = None;
                     }
                 }
                 Err(error) => {
-                    let ended = self.sink.look().unwrap_or_else(|| Ended::lost(error));
-                    return self.end(state, ended);
+                    self.fail(state, &error);
+                    return Pumped::Ended;
                 }
             }
         }
+    }
+
+    /// Writes what there is room for, 0 when there is none.
+    fn write(&self, state: &mut State, header: &[u8], payload: &[u8]) -> Result<usize, Ended> {
+        match self.sink.write(header, payload) {
+            Ok(0) => self.look(state).map_or(Ok(0), Err),
+            Ok(written) => Ok(written),
+            Err(error) => Err(self.fail(state, &error)),
+        }
+    }
+
+    /// Why the connection has ended, if it has; asks the sink.
+    fn look(&self, state: &mut State) -> Option<Ended> {
+        if state.ended().is_none()
+            && let Some(ended) = self.sink.look()
+        {
+            self.end(state, ended);
+        }
+        state.ended.clone()
+    }
+
+    /// The sink cannot be written to, or waited for.
+    fn fail(&self, state: &mut State, error: &io::Error) -> Ended {
+        let ended = self.sink.look().unwrap_or_else(|| Ended::lost(error));
+        self.end(state, ended);
+        state.ended().unwrap_or(Ended::Here)
     }
 
     fn end(&self, state: &mut State, ended: Ended) -> Pumped {
@@ -231,8 +262,7 @@ impl<S: Sink> Shared<S> {
     /// Ends what has waited too long with its good-bye, or cannot wait.
     fn judge(&self, state: &mut MutexGuard<'_, State>, waited: io::Result<()>) {
         if let Err(error) = waited {
-            let ended = self.sink.look().unwrap_or_else(|| Ended::lost(error));
-            self.end(state, ended);
+            self.fail(state, &error);
         } else if state.leaving.is_some_and(|since| since.elapsed() > PARTING) {
             self.end(state, Ended::Here);
         }
@@ -270,11 +300,7 @@ impl<S: Sink> Sender for StreamSender<S> {
 
     fn ended(&mut self) -> Option<Ended> {
         let mut state = lock(&self.0.state);
-        if state.ended().is_none()
-            && let Some(ended) = self.0.sink.look()
-        {
-            self.0.end(&mut state, ended);
-        }
+        self.0.look(&mut state);
         state.ended()
     }
 

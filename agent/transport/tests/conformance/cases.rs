@@ -233,6 +233,25 @@ pub fn many_connectors_work_at_once(kind: Kind) {
     }
 }
 
+pub fn one_payload_goes_to_several_readers_of_which_none_holds_up_another(kind: Kind) {
+    let mut connectors: Vec<_> = (0..3).map(|_| pair(kind)).collect();
+    let mut stalled = connectors.pop().unwrap();
+    fill(&mut *stalled.0, 10_000);
+    for sequence in 1..=40 {
+        let sample = sample(sequence, 10_000);
+        for (sender, _) in &mut connectors {
+            sender.push(sample.clone()).unwrap();
+        }
+        for (_, receiver) in &mut connectors {
+            let got = next(&mut **receiver);
+            assert_is(&got, sequence, 10_000);
+            let is_shared = got.payload.as_ptr() == sample.payload.as_ptr();
+            assert_eq!(is_shared, kind == Kind::InProcess);
+        }
+    }
+    assert_eq!(stalled.0.ended(), None);
+}
+
 pub fn samples_are_handed_on_until_the_end(kind: Kind) {
     let (mut sender, mut receiver) = pair(kind);
     let handing = thread::spawn(move || {

@@ -35,6 +35,7 @@ macro_rules! everywhere {
             cases::a_close_wakes_a_receiver_that_waits,
             cases::a_close_wakes_a_sender_that_waits,
             cases::many_connectors_work_at_once,
+            cases::one_payload_goes_to_several_readers_of_which_none_holds_up_another,
             cases::samples_are_handed_on_until_the_end,
             leaks::no_descriptor_no_mapping_and_no_thread_is_left,
         }

@@ -19,6 +19,7 @@ pub fn attempt(act: &Act) -> String {
         Act::Activate { instance } => format!("activate component/{instance}"),
         Act::Deactivate { instance } => format!("deactivate component/{instance}"),
         Act::Reset { instance } => format!("reset component/{instance}"),
+        Act::Tick { instance, .. } => format!("tick component/{instance}"),
         Act::Configure { instance, .. } => format!("configure component/{instance}"),
         Act::Connect { source, target, .. } => format!("connect {source} with {target}"),
         Act::Disconnect { connector, .. } => format!("remove connector/{connector}"),
@@ -30,7 +31,9 @@ pub fn is_so(act: &Act, state: &str) -> bool {
     match act {
         Act::Activate { .. } => state == "Active",
         Act::Deactivate { .. } | Act::Reset { .. } => state == "Inactive",
-        Act::Configure { .. } | Act::Connect { .. } | Act::Disconnect { .. } => false,
+        Act::Tick { .. } | Act::Configure { .. } | Act::Connect { .. } | Act::Disconnect { .. } => {
+            false
+        }
     }
 }
 
@@ -40,6 +43,7 @@ pub fn result(act: &Act, target: &str, done: Done, details: &str) -> String {
         Act::Activate { .. } => "activated",
         Act::Deactivate { .. } => "deactivated",
         Act::Reset { .. } => "reset",
+        Act::Tick { .. } => "ticked",
         Act::Configure { .. } => "configured",
         Act::Connect { .. } => "connected",
         Act::Disconnect { .. } => "disconnected",
@@ -47,6 +51,7 @@ pub fn result(act: &Act, target: &str, done: Done, details: &str) -> String {
     let already = match act {
         Act::Activate { .. } => "is Active already",
         Act::Deactivate { .. } | Act::Reset { .. } => "is Inactive already",
+        Act::Tick { .. } => "was ticked already",
         Act::Configure { .. } => "is configured so already",
         Act::Connect { .. } => "is connected already",
         Act::Disconnect { .. } => "is disconnected already",

@@ -4,7 +4,7 @@ use rts_controller_api::objects::{Component, Waiting};
 use rts_schemas::system::{OnHang, RestartPolicy};
 
 use super::page::Page;
-use super::{Scene, manager, node, policy, system_or_drift};
+use super::{Scene, manager, node, policy, system_or_drift, timing};
 use crate::show::conf;
 use crate::show::progress::shortened;
 use crate::show::table::Table;
@@ -42,6 +42,9 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     let rate = status.rate.map(|rate| format!("{rate} Hz"));
     page.line("Rate", rate.unwrap_or_default());
     page.line("Executions", status.executions.to_string());
+    for (key, text) in timing::lines(status) {
+        page.line(key, text);
+    }
     let waiting: Vec<_> = concerning(component, scene).collect();
     page.waiting(waiting.iter().copied(), scene.now);
     if waiting.is_empty() {

@@ -14,6 +14,9 @@ use anyhow::{Context, Result, ensure};
 use rts_manager_api::client::Client;
 use rts_manager_api::control::RequestBody;
 use rts_runtime::abi;
+use rts_runtime::abi::port_status::{
+    PORT_BUFFER_EMPTY, PORT_BUFFER_FULL, PORT_INVALID_ARGS, PORT_OK,
+};
 
 /// A manager that takes longer than this is broken.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -37,9 +40,16 @@ pub fn dlopen_and_create(module: &Path, folder: &Path, count: u32) -> Result<Dur
         size: size_of::<abi::Host>() as u32,
         context: std::ptr::null_mut(),
         log,
+        fail,
+        now,
+        rate,
+        wake,
         write,
         read,
-        fail,
+        is_new,
+        loan,
+        publish,
+        discard,
     };
     let start = Instant::now();
     let made = copies
@@ -73,13 +83,32 @@ fn open_and_create(file: &Path, host: &abi::Host) -> Result<Made> {
 }
 
 unsafe extern "C" fn log(_: *mut c_void, _: u32, _: abi::Text) {}
-unsafe extern "C" fn write(_: *mut c_void, _: u32, _: *const abi::Buffer) -> i32 {
+unsafe extern "C" fn fail(_: *mut c_void, _: abi::Text) {}
+unsafe extern "C" fn now(_: *mut c_void, _: u32) -> i64 {
+    0
+}
+unsafe extern "C" fn rate(_: *mut c_void) -> f64 {
+    1.0
+}
+unsafe extern "C" fn wake(_: *mut c_void) -> i32 {
     abi::return_code::OK
 }
-unsafe extern "C" fn read(_: *mut c_void, _: u32, _: *mut abi::Buffer) -> i32 {
-    abi::NO_DATA
+unsafe extern "C" fn write(_: *mut c_void, _: u32, _: *const abi::Buffer) -> i32 {
+    PORT_OK
 }
-unsafe extern "C" fn fail(_: *mut c_void, _: abi::Text) {}
+unsafe extern "C" fn read(_: *mut c_void, _: u32, _: *mut abi::Buffer) -> i32 {
+    PORT_BUFFER_EMPTY
+}
+unsafe extern "C" fn is_new(_: *mut c_void, _: u32) -> i32 {
+    0
+}
+unsafe extern "C" fn loan(_: *mut c_void, _: u32, _: usize, _: *mut abi::Loan) -> i32 {
+    PORT_BUFFER_FULL
+}
+unsafe extern "C" fn publish(_: *mut c_void, _: u64, _: usize) -> i32 {
+    PORT_INVALID_ARGS
+}
+unsafe extern "C" fn discard(_: *mut c_void, _: u64) {}
 
 /// Spawns `count` managers one after the other, each until its greeting is there, then stops them.
 pub fn spawn_until_answer(manager: &Path, folder: &Path, count: u32) -> Result<Duration> {

@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: measurements that compare in one run. Machines are noisy: quote ratios within a run.
 
+mod dataport;
 mod floors;
 mod heal;
 mod launch;
@@ -57,6 +58,8 @@ enum Bench {
     Plan(plan::Args),
     /// Speed of reading profiles of 10 MB and 100 MB, beside the reference library.
     Read(read::Args),
+    /// Latency, throughput and allocations of the transports of data ports, beside their floors.
+    Dataport(dataport::Args),
 }
 
 /// Runs one benchmark.
@@ -66,5 +69,6 @@ pub fn run(args: &Args) -> Result<()> {
         Bench::Heal(args) => heal::run(args),
         Bench::Plan(args) => plan::run(args),
         Bench::Read(args) => read::run(args),
+        Bench::Dataport(args) => dataport::run(args),
     }
 }

@@ -161,6 +161,7 @@ fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
             connected: true,
             samples_received: 0,
             drops: 0,
+            gaps: 0,
         });
         let own = sources.entry(spec.source.instance.as_str()).or_default();
         own.push(ConnectorObserved {
@@ -176,6 +177,9 @@ fn managers(part: &NodeSystem) -> Vec<ManagerObserved> {
             samples_received: 0,
             bytes: 0,
             drops: 0,
+            gaps: 0,
+            rate: 0,
+            latency: None,
         });
     }
     let mut managers: BTreeMap<&str, ManagerObserved> = BTreeMap::new();
@@ -235,6 +239,7 @@ fn live(
         execution_kind: ExecutionKind::Periodic,
         rate: spec.execution_context.rate.unwrap_or(1000.0),
         executions: 0,
+        timing: None,
         ports: Vec::new(),
         connectors,
         bindings: Vec::new(),

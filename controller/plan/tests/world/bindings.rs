@@ -27,6 +27,7 @@ impl World {
                     connected: false,
                     samples_received: 0,
                     drops: 0,
+                    gaps: 0,
                 });
             }
         }

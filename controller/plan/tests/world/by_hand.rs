@@ -272,6 +272,9 @@ pub fn connected(
         samples_received: 0,
         bytes: 0,
         drops: 0,
+        gaps: 0,
+        rate: 0,
+        latency: None,
     }
 }
 

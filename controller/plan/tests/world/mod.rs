@@ -303,6 +303,7 @@ impl World {
             execution_kind: ExecutionKind::Periodic,
             rate: 1000.0,
             executions: 0,
+            timing: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),

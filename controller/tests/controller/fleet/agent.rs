@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rts_agent_api::messages::{
     Batch, GateReport, LedgerFence, ModuleDescription, ModuleFile, ModuleResolution,
-    NodeSpecEnvelope, NodeSpecReceipt,
+    NodeSpecEnvelope, NodeSpecReceipt, ParameterLimits,
 };
 use rts_agent_api::{AgentApi, BatchEvents, ClientError};
 use rts_http::problem::Problem;
@@ -96,7 +96,8 @@ impl FakeAgent {
             .insert(step.into(), times);
     }
 
-    /// Its module of this type says this of itself from now on; ports are `name:in|out:TYPE`.
+    /// Its module of this type says this of itself from now on; ports are `name:in|out:TYPE`, parameters `name` or
+    /// `name:type:constraint`.
     pub fn describe(&self, type_name: &str, ports: &[&str], parameters: &[&str]) {
         let port = |text: &&str| {
             let (name, rest) = text.split_once(':').unwrap();
@@ -116,8 +117,9 @@ impl FakeAgent {
             ports: ports.iter().map(port).collect(),
             parameters: parameters
                 .iter()
-                .map(|p| ((*p).into(), "1".into()))
+                .map(|p| (p.split(':').next().unwrap().into(), "1".into()))
                 .collect(),
+            limits: parameters.iter().filter_map(|p| limits(p)).collect(),
         };
         let mut state = self.state.lock().unwrap();
         state.described.insert(type_name.into(), description);
@@ -371,4 +373,15 @@ impl AgentApi for Handle {
         };
         Ok(types.iter().map(resolve).collect())
     }
+}
+
+/// Reads `name:type:constraint`.
+fn limits(parameter: &str) -> Option<(String, ParameterLimits)> {
+    let (name, rest) = parameter.split_once(':')?;
+    let (value_type, constraint) = rest.split_once(':')?;
+    let limits = ParameterLimits {
+        value_type: value_type.into(),
+        constraint: constraint.into(),
+    };
+    Some((name.into(), limits))
 }

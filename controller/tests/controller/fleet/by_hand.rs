@@ -58,6 +58,9 @@ impl FakeAgent {
             samples_received: 0,
             bytes: 0,
             drops: 0,
+            gaps: 0,
+            rate: 0,
+            latency: None,
         };
         self.change(&spec.source.instance, |c| c.connectors.push(made));
     }

@@ -202,6 +202,7 @@ fn change(state: &mut State, step: &Step) {
             execution_kind,
             rate: rate.unwrap_or(1000.0),
             executions: 0,
+            timing: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),
@@ -251,6 +252,9 @@ fn change(state: &mut State, step: &Step) {
                 samples_received: 0,
                 bytes: 0,
                 drops: 0,
+                gaps: 0,
+                rate: 0,
+                latency: None,
             };
             let source = &connector.spec.source.instance;
             let mut components = state.managers.iter_mut().flat_map(|m| &mut m.components);

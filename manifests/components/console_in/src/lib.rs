@@ -62,7 +62,8 @@ impl Component for ConsoleIn {
         }
         let Some(lines) = &mut self.lines else {
             self.count = self.count.wrapping_add(1);
-            return self.out.write(ctx, &TimedLong::now(self.count));
+            self.out.write(ctx, &TimedLong::now(self.count))?;
+            return Ok(());
         };
         for _ in 0..PER_CYCLE {
             let Some(line) = lines.next_line()? else {
@@ -70,7 +71,9 @@ impl Component for ConsoleIn {
             };
             let line = line.trim();
             match line.parse::<i32>() {
-                Ok(number) => self.out.write(ctx, &TimedLong::now(number))?,
+                Ok(number) => {
+                    self.out.write(ctx, &TimedLong::now(number))?;
+                }
                 Err(_) if line.is_empty() => {}
                 Err(error) => {
                     self.skipped += 1;

@@ -41,7 +41,8 @@ impl Component for Controller {
             self.position = measured.data;
         }
         let velocity = GAIN * (TARGET - self.position);
-        self.output.write(ctx, &TimedFloat::now(velocity))
+        self.output.write(ctx, &TimedFloat::now(velocity))?;
+        Ok(())
     }
 }
 

@@ -25,30 +25,34 @@ fn without_a_fault_it_passes_samples_on() {
 #[test]
 fn it_fails_in_the_callback_that_it_is_told() {
     for (word, number, method) in [
-        ("error-initialize", callback::INITIALIZE, "on_initialize"),
-        ("error-startup", callback::STARTUP, "on_startup"),
-        ("error-activate", callback::ACTIVATED, "on_activated"),
-        ("error-execute", callback::EXECUTE, "on_execute"),
-        ("ignore-deactivate", callback::DEACTIVATED, "on_deactivated"),
-        ("error-abort", callback::ABORTING, "on_aborting"),
-        ("error-error", callback::ERROR, "on_error"),
-        ("error-reset", callback::RESET, "on_reset"),
-        ("error-shutdown", callback::SHUTDOWN, "on_shutdown"),
-        ("error-finalize", callback::FINALIZE, "on_finalize"),
+        ("error-initialize", callback::ON_INITIALIZE, "on_initialize"),
+        ("error-startup", callback::ON_STARTUP, "on_startup"),
+        ("error-activate", callback::ON_ACTIVATED, "on_activated"),
+        ("error-execute", callback::ON_EXECUTE, "on_execute"),
+        (
+            "ignore-deactivate",
+            callback::ON_DEACTIVATED,
+            "on_deactivated",
+        ),
+        ("error-abort", callback::ON_ABORTING, "on_aborting"),
+        ("error-error", callback::ON_ERROR, "on_error"),
+        ("error-reset", callback::ON_RESET, "on_reset"),
+        ("error-shutdown", callback::ON_SHUTDOWN, "on_shutdown"),
+        ("error-finalize", callback::ON_FINALIZE, "on_finalize"),
         (
             "error-rate-changed",
-            callback::RATE_CHANGED,
+            callback::ON_RATE_CHANGED,
             "on_rate_changed",
         ),
         (
             "error-state-update",
-            callback::STATE_UPDATE,
+            callback::ON_STATE_UPDATE,
             "on_state_update",
         ),
     ] {
         let mut host = host(word);
-        if number != callback::ACTIVATED {
-            host.callback(callback::ACTIVATED).unwrap();
+        if number != callback::ON_ACTIVATED {
+            host.callback(callback::ON_ACTIVATED).unwrap();
         }
         let failure = host.callback(number).unwrap_err();
         assert_eq!(failure.code, ReturnCode::Error);
@@ -77,7 +81,7 @@ fn what_comes_later_waits_for_its_time() {
 
 #[test]
 fn an_unknown_fault_names_the_known_ones() {
-    let failure = host("sulk").callback(callback::INITIALIZE).unwrap_err();
+    let failure = host("sulk").callback(callback::ON_INITIALIZE).unwrap_err();
     assert_eq!(failure.code, ReturnCode::BadParameter);
     let begin = "parameter `fault`: there is no fault `sulk`; there are none, crash-at-once, ";
     assert!(failure.reason.starts_with(begin), "{failure}");

@@ -73,7 +73,7 @@ impl Component for SeqOut {
         macro_rules! many {
             ($port:ident, $sample:ident, $value:expr) => {{
                 let data = (0..LENGTH).map(|i| $value(n.wrapping_add(i))).collect();
-                self.$port.write(ctx, &$sample { tm, data })?
+                self.$port.write(ctx, &$sample { tm, data })?;
             }};
         }
         one!(octet, TimedOctet, |n| n as u8);

@@ -49,7 +49,8 @@ impl Component for SineSource {
         self.last = Some(now);
         self.phase = turn(self.phase, self.frequency.get(), elapsed);
         let value = self.amplitude.get() * (TAU * self.phase).sin();
-        self.out.write(ctx, &TimedDouble::now(value))
+        self.out.write(ctx, &TimedDouble::now(value))?;
+        Ok(())
     }
 }
 

@@ -193,7 +193,7 @@ pub(crate) const CHOICES: [&str; 3] = [
     "dataport.subscription_type",
 ];
 
-fn properties(connector: &Connector) -> BTreeMap<String, String> {
+pub(crate) fn properties(connector: &Connector) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     let attributes = [
         &connector.interface_type,

@@ -32,6 +32,7 @@ fn component(incarnation: &str, state: &str, received: u64, gaps: u64) -> Compon
         samples_received: received,
         drops: 0,
         gaps,
+        latency: None,
     });
     info
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::SystemId;
 
 /// What a module says of itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ModuleInfo {
     /// Type name.
@@ -26,6 +26,39 @@ pub struct ModuleInfo {
     pub ports: Vec<PortInfo>,
     /// Parameters with their defaults.
     pub parameters: BTreeMap<String, String>,
+    /// What more it says of parameters.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub facts: BTreeMap<String, ParameterFacts>,
+    /// `periodic`, `eventDriven` or `other` when nothing else is said; empty from a manager that does not tell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub execution_kind: String,
+    /// `PERIODIC`, `SPORADIC` or `EVENT_DRIVEN`; empty from a manager that does not tell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub activity_type: String,
+    /// IDL source of the types that are its own.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub idl: String,
+    /// Most instances in one process; none for any number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_instances: Option<u32>,
+}
+
+/// What a module says of a parameter, beside its default. What is empty is not said.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ParameterFacts {
+    /// Type as an RTC Profile names it (`double`, `std::vector<int>`).
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub value_type: String,
+    /// Unit.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// Constraint as an RTC Profile has it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub constraint: String,
+    /// One line.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
 }
 
 /// A port of a component.
@@ -92,12 +125,15 @@ pub struct ComponentInfo {
     /// `keep`, `deactivate` or `stop` when a peer is lost; none from a manager of version 1, which keeps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_disconnect: Option<String>,
-    /// `periodic`.
+    /// `periodic`, `eventDriven` or `other`.
     pub execution_kind: String,
     /// Rate in Hz.
     pub rate: f64,
     /// `on_execute` calls.
     pub executions: u64,
+    /// How its execution context keeps its time; none before the first cycle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<TimingInfo>,
     /// Ports.
     pub ports: Vec<PortInfo>,
     /// Connectors of its out-ports.
@@ -122,6 +158,35 @@ pub struct ByHandInfo {
     /// Of each `Disconnect` by hand, by connector name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub disconnected: BTreeMap<String, String>,
+}
+
+/// How an execution context keeps its time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct TimingInfo {
+    /// Cycles of a periodic one that were not over when the next was due.
+    pub overruns: u64,
+    /// How long cycles took.
+    pub execution: DurationInfo,
+    /// How late cycles of a periodic one began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<DurationInfo>,
+}
+
+/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct DurationInfo {
+    /// How many.
+    pub count: u64,
+    /// Half are below.
+    pub median: u64,
+    /// 99 of 100 are below.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+    /// How many are below each power of two and not below half of it, where there are any.
+    pub buckets: Vec<(u64, u64)>,
 }
 
 /// A callback that does not return.
@@ -157,12 +222,15 @@ pub struct ConnectorInfo {
     pub state: String,
     /// `direct` or `uds`.
     pub transport: String,
-    /// Samples put into its queue.
+    /// Samples written to it.
     pub samples_sent: u64,
     /// Payload bytes sent.
     pub bytes: u64,
-    /// Samples dropped from its queue.
+    /// Samples that found no room at the out-port end, or went for others.
     pub drops: u64,
+    /// Samples that were written to it in the last whole second.
+    #[serde(default)]
+    pub rate: u64,
 }
 
 /// A connector at its in-port end.
@@ -184,4 +252,23 @@ pub struct BindingInfo {
     pub drops: u64,
     /// Jumps in the sequence that the reader saw.
     pub gaps: u64,
+    /// Of the samples received; none before the first, or from a manager that does not measure it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
+}
+
+/// Time from the write to the read of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Latency {
+    /// Samples measured.
+    pub count: u64,
+    /// The shortest, in nanoseconds.
+    pub min_ns: u64,
+    /// Half of them took no longer; up to twice too high.
+    pub median_ns: u64,
+    /// 99 of 100 took no longer; up to twice too high.
+    pub p99_ns: u64,
+    /// The longest.
+    pub max_ns: u64,
 }

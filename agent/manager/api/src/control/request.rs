@@ -100,6 +100,13 @@ pub enum RequestBody {
         /// Instance name.
         instance: String,
     },
+    /// Run cycles of an Active component whose execution context is of the kind `other`. Answer: `Done` after the last.
+    Tick {
+        /// Instance name.
+        instance: String,
+        /// How many.
+        cycles: u32,
+    },
     /// Deactivate if need be, finalise, disconnect and delete. Answer: `Done`; also when there is none.
     Delete {
         /// Instance name.
@@ -166,7 +173,7 @@ pub struct CreateRequest {
     pub sets: BTreeMap<String, BTreeMap<String, String>>,
     /// Active set.
     pub active: Option<String>,
-    /// Only `periodic` is known in this version.
+    /// `periodic`, `eventDriven` or `other` (driven from outside by `Tick`); empty for what the module wants.
     pub execution_kind: String,
     /// Rate in Hz; none for the module's default.
     pub rate: Option<f64>,

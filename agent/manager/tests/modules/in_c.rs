@@ -1,0 +1,175 @@
+//! Modules that a C or a C++ compiler made of the header.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rts_manager_api::control::*;
+
+use crate::support::*;
+
+/// The sources of this repository.
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Builds a module of a C source, with the options that choose the language.
+fn build(source: &Path, library: &Path, language: &[&str]) {
+    let done = Command::new("cc")
+        .args(language)
+        .args([
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+            "-shared",
+            "-fPIC",
+            "-I",
+        ])
+        .arg(repository().join("agent/runtime/include"))
+        .arg("-o")
+        .args([library, source])
+        .output()
+        .expect("a compiler");
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+}
+
+fn load(type_name: &str, path: &Path) -> RequestBody {
+    RequestBody::LoadModule {
+        type_name: type_name.to_owned(),
+        path: path.display().to_string(),
+        digest: None,
+    }
+}
+
+/// A request for a component of a type.
+fn create(manager: &Running, type_name: &str, parameters: &[(&str, &str)]) -> CreateRequest {
+    match manager.testmod(type_name, parameters) {
+        RequestBody::Create(request) => CreateRequest {
+            type_name: type_name.to_owned(),
+            ..request
+        },
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A stand-in for one end of the chain.
+fn end(manager: &Running, name: &str, direction: &str, values: &[&str]) -> RequestBody {
+    let mut request = create(manager, name, &[]);
+    let port = PortInfo {
+        name: direction.to_owned(),
+        direction: direction.to_owned(),
+        data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+    };
+    let values: Vec<_> = values
+        .iter()
+        .map(|value| vec![(*value).to_owned()])
+        .collect();
+    request.stand_in = Some(StandInShape {
+        ports: vec![port],
+        data: (!values.is_empty())
+            .then(|| (direction.to_owned(), values))
+            .into_iter()
+            .collect(),
+        ..StandInShape::default()
+    });
+    request.rate = Some(500.0);
+    RequestBody::Create(request)
+}
+
+#[test]
+fn a_component_in_c_or_cpp_runs_like_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = repository().join("manifests/components_c/scale/scale.c");
+    for language in [["-x", "c", "-std=c11"], ["-x", "c++", "-std=c++11"]] {
+        let library = folder.path().join(format!("lib{}.so", language[1]));
+        build(&source, &library, &language);
+        let manager = start("m");
+        let mut client = manager.client();
+        let ResponseBody::Module(module) = ok(&mut client, load("Scale", &library)) else {
+            panic!()
+        };
+        let factor = &module.facts["factor"];
+        assert_eq!(factor.value_type, "double");
+        assert_eq!(factor.constraint, "-1000<=x<=1000");
+
+        for (value, why) in [
+            ("fast", "it is no `double`"),
+            ("5000", "allowed: -1000 <= x <= 1000"),
+        ] {
+            let request = create(&manager, "Scale", &[("factor", value)]);
+            let failure = refused(&mut client, RequestBody::Create(request), SOON);
+            assert_eq!(failure.code, FailureCode::Invalid);
+            assert_eq!(
+                failure.message,
+                format!("Scale: parameter `factor` = `{value}` of the set `default`: {why}")
+            );
+        }
+
+        let request = create(&manager, "Scale", &[("factor", "-4.0")]);
+        let made = |answer| match answer {
+            ResponseBody::Created { incarnation } => incarnation,
+            other => panic!("{other:?}"),
+        };
+        let scale = made(ok(&mut client, RequestBody::Create(request)));
+        let sink = made(ok(&mut client, end(&manager, "Sink", "in", &[])));
+        ok(&mut client, end(&manager, "Source", "out", &["1.5"]));
+        for (from, to, incarnation) in [("Source", "Scale", scale), ("Scale", "Sink", sink)] {
+            let request = connection(from, to, &incarnation, None);
+            ok(
+                &mut client,
+                binding(&request.connector, to, "in", &format!("{from}.out")),
+            );
+            ok(&mut client, RequestBody::Connect(request));
+        }
+        for instance in ["Sink", "Scale", "Source"] {
+            ok(&mut client, activate(instance));
+        }
+        until("samples come through", || {
+            let sink = component(&mut client, "Sink");
+            sink.bindings
+                .iter()
+                .any(|binding| binding.samples_received >= 3)
+        });
+        for instance in ["Source", "Scale", "Sink"] {
+            ok(&mut client, deactivate(instance));
+        }
+        let log = manager.log("Scale");
+        assert!(log.contains(" samples, the last to -6\n"), "{log}");
+        let log = manager.log("Sink");
+        assert!(log.contains(" 0 gaps, 0 out of order, 0 faulty"), "{log}");
+    }
+}
+
+#[test]
+fn a_module_of_another_version_is_refused_with_both_versions_and_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let manager = start("m");
+    let mut client = manager.client();
+    for (version, advice) in [
+        (0, "rebuild the module with the SDK of this rtsctl"),
+        (
+            2,
+            "upgrade rtsctl on this node, or rebuild the module with the SDK of this rtsctl",
+        ),
+    ] {
+        let source = folder.path().join("it.c");
+        let text = format!("const void *rts_module_v{version}(void) {{ return 0; }}\n");
+        std::fs::write(&source, text).unwrap();
+        let library = folder.path().join(format!("lib{version}.so"));
+        build(&source, &library, &["-Wno-missing-prototypes"]);
+        let failure = refused(&mut client, load("It", &library), SOON);
+        assert_eq!(failure.code, FailureCode::LoadFailed);
+        assert_eq!(
+            failure.message,
+            format!(
+                "type It: {} was built for version {version} of the module interface, and this manager speaks version \
+                 1; {advice}",
+                library.display()
+            )
+        );
+    }
+}
