@@ -3,8 +3,9 @@
 
 use libfuzzer_sys::fuzz_target;
 use rts_runtime::types::{
-    DataType, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong, TimedLongSeq,
-    TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,
+    ActArrayState, CameraImage, DataType, GPSData, PointCloud, RangeData, TimedBoolean, TimedDouble, TimedDoubleSeq,
+    TimedFloat, TimedFloatSeq, TimedLong, TimedLongSeq, TimedOctet, TimedOctetSeq, TimedPose3D, TimedShort,
+    TimedShortSeq, TimedString, TimedStringSeq, TimedWCharSeq, TimedWString,
 };
 
 fuzz_target!(|bytes: &[u8]| {
@@ -22,6 +23,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
     each!(
         TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong, TimedLongSeq, TimedOctet,
-        TimedOctetSeq, TimedShort, TimedShortSeq, TimedString
+        TimedOctetSeq, TimedShort, TimedShortSeq, TimedString, ActArrayState, CameraImage, GPSData, PointCloud, RangeData,
+        TimedPose3D, TimedStringSeq, TimedWCharSeq, TimedWString
     );
 });

@@ -441,11 +441,30 @@ fn generated_rust_is_what_is_compiled() {
         })
         .collect();
     insta::assert_debug_snapshot!(left_out);
-    let known = std::fs::read_to_string(folder.join("lab.rs")).unwrap_or_default();
-    if known != code.text {
-        std::fs::write(folder.join("lab.rs.new"), code.text).unwrap();
-        panic!(
-            "lab.rs is no longer what is generated: look at lab.rs.new, and put it in its place"
-        );
+    is_current(&folder.join("lab.rs"), &code.text);
+}
+
+/// The types of OpenRTM that the runtime has.
+#[test]
+fn generated_types_of_openrtm_are_those_of_the_runtime() {
+    let include = |(name, _)| format!("#include <rtm/idl/{name}>\n");
+    let text: String = Standard::files().map(include).collect();
+    let read = read("openrtm.idl", text.as_bytes(), &standard()).unwrap();
+    let files: Vec<String> = Standard::files()
+        .map(|(name, _)| format!("rtm/idl/{name}"))
+        .collect();
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let code = idl::rust::generate(&read.unit, &files);
+    assert!(code.left_out.is_empty(), "{:?}", code.left_out);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../agent/runtime/src/types/openrtm.rs");
+    is_current(&file, &code.text);
+}
+
+fn is_current(file: &Path, text: &str) {
+    if std::fs::read_to_string(file).unwrap_or_default() != text {
+        let new = file.with_extension("rs.new");
+        std::fs::write(&new, text).unwrap();
+        let (file, new) = (file.display(), new.display());
+        panic!("{file} is no longer what is generated: look at {new}, and put it in its place");
     }
 }

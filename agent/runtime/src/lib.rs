@@ -64,6 +64,9 @@ pub use error::{ReturnCode, RtcError, RtcResult};
 pub use loan::Loan;
 pub use port_status::PortStatus;
 pub use ports::{InPort, OutPort};
+/// Types that are generated from IDL name it so.
+extern crate self as rts_runtime;
+
 /// For types that are generated from IDL.
 #[doc(hidden)]
 pub use serde;

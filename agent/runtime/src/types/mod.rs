@@ -11,8 +11,14 @@ use byteorder::{BigEndian, LittleEndian};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// All other types of OpenRTM-aist's IDL files, as `rtsctl idl generate` makes them.
+mod openrtm {
+    include!("openrtm.rs");
+}
+
 pub use generated::{Array, Nested, nested};
 pub use octets::octets;
+pub use openrtm::RTC::*;
 pub use timed::{
     Time, TimedBoolean, TimedDouble, TimedDoubleSeq, TimedFloat, TimedFloatSeq, TimedLong,
     TimedLongSeq, TimedOctet, TimedOctetSeq, TimedShort, TimedShortSeq, TimedString,

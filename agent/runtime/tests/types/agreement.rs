@@ -39,7 +39,7 @@ fn agrees<T: DataType>(unit: &Unit, choices: &[u8]) {
 }
 
 /// The types of OpenRTM, and what they have not.
-const IDL: &str = "#include <rtm/idl/BasicDataType.idl>
+const IDL: &str = "#include <rtm/idl/InterfaceDataTypes.idl>
 module Test {
     enum Mode { OFF, ON, AUTO };
     union Detail switch (short) { case 0: double speed; case 1: case 2: wstring reason; default: octet raw; };
@@ -144,6 +144,10 @@ proptest! {
         each! {
             TimedBoolean TimedOctet TimedShort TimedLong TimedFloat TimedDouble TimedString TimedOctetSeq TimedShortSeq
             TimedLongSeq TimedFloatSeq TimedDoubleSeq
+            TimedState TimedUShort TimedULong TimedChar TimedWChar TimedWString TimedUShortSeq TimedULongSeq TimedCharSeq
+            TimedWCharSeq TimedBooleanSeq TimedStringSeq TimedWStringSeq
+            TimedRGBColour TimedPose2D TimedVelocity2D TimedPoint3D TimedPose3D TimedCovariance3D TimedQuaternion
+            ActArrayState CameraImage MultiCameraImages GPSData GripperState OGMapTile PointCloud RangeData
         }
     }
 

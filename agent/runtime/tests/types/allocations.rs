@@ -5,7 +5,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use rts_runtime::types::{DataType, Time, TimedDouble, TimedLong};
+use rts_runtime::types::{DataType, Time, TimedDouble, TimedLong, TimedPose3D};
 
 struct Counting;
 
@@ -46,4 +46,6 @@ fn samples_of_a_fixed_size_take_no_memory() {
     let tm = Time { sec: 1, nsec: 2 };
     assert_eq!(allocations(&TimedLong { tm, data: 1 }), 0);
     assert_eq!(allocations(&TimedDouble { tm, data: 0.5 }), 0);
+    let data = Default::default();
+    assert_eq!(allocations(&TimedPose3D { tm, data }), 0);
 }

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use super::super::model::{Constant, Definition, Kind, Primitive, Type, Unit};
 use super::LeftOut;
+use crate::idl::{self, Standard};
 
-/// Types of `rts_runtime::types`, by the ends of their repository ids.
-const KNOWN: [&str; 13] = [
+/// Types that `rts_runtime::types` has by hand, by the ends of their repository ids. The others of OpenRTM are generated.
+const BY_HAND: [&str; 13] = [
     "Time",
     "TimedBoolean",
     "TimedDouble",
@@ -22,19 +23,41 @@ const KNOWN: [&str; 13] = [
     "TimedString",
 ];
 
-/// The name in `rts_runtime::types` of a definition that is there.
-pub(super) fn known(definition: &Definition) -> Option<&'static str> {
-    let name = definition
-        .repository_id
-        .strip_prefix("IDL:RTC/")?
-        .strip_suffix(":1.0")?;
-    KNOWN.into_iter().find(|known| *known == name)
+/// Which definitions `rts_runtime::types` has: those of OpenRTM's files. They are generated only where those files
+/// themselves are asked for.
+fn known(unit: &Unit, files: &[&str]) -> Vec<bool> {
+    let openrtm = openrtm();
+    let openrtm: BTreeSet<&str> = openrtm.definitions.iter().filter_map(name).collect();
+    let known = |definition: &Definition| {
+        name(definition).is_some_and(|name| {
+            BY_HAND.contains(&name)
+                || openrtm.contains(name) && !files.contains(&definition.file.as_str())
+        })
+    };
+    unit.definitions.iter().map(known).collect()
+}
+
+fn name(definition: &Definition) -> Option<&str> {
+    let id = definition.repository_id.strip_prefix("IDL:RTC/")?;
+    id.strip_suffix(":1.0")
+}
+
+/// What OpenRTM's files define.
+fn openrtm() -> Unit {
+    let include = |(name, _)| format!("#include <{name}>\n");
+    let text: String = Standard::files().map(include).collect();
+    // They are read without a mistake, which tests see to.
+    idl::read("openrtm.idl", text.as_bytes(), &idl::standard())
+        .map(|read| read.unit)
+        .unwrap_or_default()
 }
 
 /// A choice of definitions.
 #[derive(Debug)]
 pub(super) struct Selection<'a> {
     unit: &'a Unit,
+    /// `rts_runtime::types` has it.
+    known: Vec<bool>,
     /// Of the files, and what those need.
     chosen: BTreeSet<usize>,
     /// Why a definition has no Rust type.
@@ -49,14 +72,16 @@ impl<'a> Selection<'a> {
             .filter(|(_, found)| own(found))
             .map(|(index, _)| index)
             .collect();
+        let known = known(unit, files);
         let mut chosen = BTreeSet::new();
         while let Some(index) = open.pop() {
-            if known(&unit.definitions[index]).is_none() && chosen.insert(index) {
+            if !known[index] && chosen.insert(index) {
                 open.extend(needs(&unit.definitions[index].kind));
             }
         }
         let mut selection = Self {
             unit,
+            known,
             chosen,
             reasons: unit
                 .definitions
@@ -96,6 +121,14 @@ impl<'a> Selection<'a> {
                 self.reasons[index] = Some(reason);
             }
         }
+    }
+
+    /// The name in `rts_runtime::types` of a definition that is there.
+    pub fn known(&self, index: usize) -> Option<&str> {
+        let path = &self.unit.definitions[index].path;
+        path.last()
+            .filter(|_| self.known[index])
+            .map(String::as_str)
     }
 
     /// True when a definition is written.

@@ -1,7 +1,7 @@
 //! Types where they are used.
 
 use super::super::model::{Kind, Primitive, Type};
-use super::{Writer, selection};
+use super::Writer;
 
 /// Longest array that serde knows.
 const ARRAY: u32 = 32;
@@ -32,7 +32,7 @@ impl Writer<'_> {
                         false => format!("::rts_runtime::types::Array<{inner}, {count}>"),
                     })
             }
-            Type::Named(index) => match selection::known(&self.unit.definitions[*index]) {
+            Type::Named(index) => match self.selection.known(*index) {
                 Some(name) => format!("::rts_runtime::types::{name}"),
                 None => self.names.path(*index, from),
             },
@@ -58,6 +58,16 @@ impl Writer<'_> {
             Primitive::Double | Primitive::LongDouble => ("f64", "::core::primitive::f64"),
         };
         self.names.prelude(name, path)
+    }
+
+    /// Whether it is a sequence of octets, which is written in one piece.
+    pub(super) fn is_octets(&self, r#type: &Type) -> bool {
+        match self.without_alias(r#type) {
+            Type::Sequence { element, .. } => {
+                *self.without_alias(element) == Type::Primitive(Primitive::Octet)
+            }
+            _ => false,
+        }
     }
 
     /// A type without its aliases.
