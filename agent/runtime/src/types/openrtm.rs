@@ -104,6 +104,7 @@ pub mod RTC {
     #[serde(crate = "::rts_runtime::serde")]
     pub struct TimedCharSeq {
         pub tm: ::rts_runtime::types::Time,
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
         pub data: Vec<u8>,
     }
 

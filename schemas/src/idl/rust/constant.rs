@@ -8,6 +8,10 @@ impl Writer<'_> {
         let name = self.names.own(index);
         let r#type = match self.without_alias(&found.r#type) {
             Type::String { .. } | Type::WString { .. } => "&str".to_owned(),
+            Type::Primitive(Primitive::WChar) => {
+                let char = self.names.prelude("char", "::core::primitive::char");
+                char.to_owned()
+            }
             Type::Primitive(_) => self.r#type(self.without_alias(&found.r#type), index),
             _ => self.r#type(&found.r#type, index),
         };
@@ -22,9 +26,7 @@ impl Writer<'_> {
             ConstantValue::Integer(value) => value.to_string(),
             ConstantValue::Float(value) => format!("{value:?}"),
             ConstantValue::Boolean(value) => value.to_string(),
-            ConstantValue::Char(value) if is_wide => {
-                format!("::rts_runtime::types::WChar({value:?})")
-            }
+            ConstantValue::Char(value) if is_wide => format!("{value:?}"),
             ConstantValue::Char(value) => u32::from(*value).to_string(),
             ConstantValue::Text(value) => format!("{value:?}"),
             ConstantValue::Enumerator {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::super::model::StructType;
+use super::super::model::{Primitive, StructType, Type};
 use super::{SERDE, Writer, names, types};
 
 impl Writer<'_> {
@@ -15,13 +15,13 @@ impl Writer<'_> {
             if let Some(bound) = types::bound(&member.r#type) {
                 let _ = writeln!(text, "    /// {bound}");
             }
+            if self.is_octets(&member.r#type) {
+                text.push_str("    #[serde(serialize_with = \"::rts_runtime::types::octets\")]\n");
+            }
             if self.selection.reaches(&member.r#type, index) {
                 text.push_str(
                     "    #[serde(deserialize_with = \"::rts_runtime::types::nested\")]\n",
                 );
-            }
-            if self.is_octets(&member.r#type) {
-                text.push_str("    #[serde(serialize_with = \"::rts_runtime::types::octets\")]\n");
             }
             let r#type = self.r#type(&member.r#type, index);
             let _ = writeln!(
@@ -33,6 +33,15 @@ impl Writer<'_> {
         }
         text.push_str("}\n");
         text + &self.data_type(index)
+    }
+
+    /// What is a `Vec<u8>`.
+    fn is_octets(&self, r#type: &Type) -> bool {
+        let Type::Sequence { element, .. } = self.without_alias(r#type) else {
+            return false;
+        };
+        let element = self.without_alias(element);
+        matches!(element, Type::Primitive(Primitive::Octet | Primitive::Char))
     }
 
     /// What makes it a type of ports.
