@@ -62,8 +62,16 @@ fn run_in(folder: &Path, args: &[&str]) -> (i32, String, String) {
     )
 }
 
+/// IDL files have a verb of their own.
+fn verb(args: &[&str]) -> &'static [&'static str] {
+    match args.first().is_some_and(|file| file.ends_with(".idl")) {
+        true => &["idl", "check"],
+        false => &["check"],
+    }
+}
+
 fn check(args: &[&str]) -> (i32, String, String) {
-    let args: Vec<&str> = ["check"].iter().chain(args).copied().collect();
+    let args: Vec<&str> = verb(args).iter().chain(args).copied().collect();
     run_in(&folder(), &args)
 }
 
@@ -142,7 +150,8 @@ fn every_example_says_what_a_user_shall_read() {
         insta::assert_snapshot!(
             format!("example__{name}"),
             format!(
-                "$ rtsctl check {}\n{}\n\n{stderr}",
+                "$ rtsctl {} {}\n{}\n\n{stderr}",
+                verb(&args).join(" "),
                 args.join(" "),
                 shown.join("\n")
             )

@@ -6,7 +6,7 @@ mod laws;
 
 use libfuzzer_sys::fuzz_target;
 use rts_schemas::diagnostic::render;
-use rts_schemas::idl::{Found, Include, Kind, Sources, Type, Unit, read};
+use rts_schemas::idl::{Found, Include, Kind, Sources, Type, Unit, read, rust};
 
 const COMMON: &str = "#ifndef A\n#define A\nmodule A { struct B { long c; }; };\n#endif\n";
 
@@ -66,6 +66,7 @@ fuzz_target!(|bytes: &[u8]| {
             return;
         }
     };
+    let _ = rust::generate(&read.unit, &["f"]);
     for definition in &read.unit.definitions {
         assert!(types(&definition.kind).into_iter().all(|found| is_there(found, &read.unit)));
         let found = read.unit.find(&definition.name()).expect("it has its name");

@@ -2,6 +2,7 @@
 
 mod canonical;
 mod connectors;
+mod idl;
 mod overlay;
 mod parameters;
 mod plan;
@@ -22,7 +23,7 @@ pub struct Code {
 }
 
 /// Areas of codes.
-const AREAS: [&[Code]; 9] = [
+const AREAS: [&[Code]; 10] = [
     reading::CODES,
     profile::CODES,
     connectors::CODES,
@@ -32,6 +33,7 @@ const AREAS: [&[Code]; 9] = [
     rtc_conf::CODES,
     plan::CODES,
     canonical::CODES,
+    idl::CODES,
 ];
 
 /// Every code, area by area.

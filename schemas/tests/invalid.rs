@@ -16,8 +16,10 @@ fn files() -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
-        // Those of `rtc.conf` and of conversions have tests of their own.
-        .filter(|path| path.is_file() && path.extension().is_some_and(|e| e != "conf"))
+        // Those of `rtc.conf`, of conversions and of IDL have tests of their own.
+        .filter(|path| {
+            path.is_file() && path.extension().is_some_and(|e| e != "conf" && e != "idl")
+        })
         .collect();
     files.sort();
     let read = |path: PathBuf| {

@@ -258,6 +258,23 @@ fn generated_types_have_the_bytes_of_their_idl() {
 }
 
 #[test]
+fn wide_and_raw_members_are_those_of_the_runtime() {
+    let wide = lab::Lab::Wide {
+        letter: lab::Lab::SIGN.into(),
+        text: "あ".into(),
+        raw: vec![1, 2, 3],
+        letters: vec![b'a'],
+    };
+    let bytes = [
+        &[2, 0x30, 0x42, 0][..],
+        &[4, 0, 0, 0, 0xFF, 0xFE, 0x42, 0x30],
+        &[3, 0, 0, 0, 1, 2, 3, 0],
+        &[1, 0, 0, 0, b'a'],
+    ];
+    same(wide, &bytes.concat());
+}
+
+#[test]
 fn a_union_says_nothing_else_than_what_was_chosen() {
     use lab::Lab::{Choice, Mode, Number, Other};
 
@@ -281,7 +298,7 @@ fn a_union_says_nothing_else_than_what_was_chosen() {
 fn values_within_each_other_are_not_followed_for_ever() {
     use lab::Lab::{Node, Tree};
 
-    let node = |children| Node { value: 1, children };
+    let node = |children| Node { count: 1, children };
     let nodes = (0..60).fold(node(Vec::new()), |inner, _| node(vec![inner]));
     assert_eq!(
         Node::decode(&encoded(&nodes)).expect("deep, but not too deep"),

@@ -42,8 +42,7 @@ impl Signal {
         if self.spin.until(&ready) {
             return true;
         }
-        let begin = Instant::now();
-        let until = begin.checked_add(patience);
+        let until = Instant::now().checked_add(patience);
         loop {
             self.asleep.store(1, Ordering::SeqCst);
             fence(Ordering::SeqCst);
@@ -52,7 +51,6 @@ impl Signal {
             });
             if ready() || left.is_zero() {
                 self.asleep.store(0, Ordering::SeqCst);
-                self.spin.slept(begin.elapsed());
                 return ready();
             }
             let timeout = timespec(left);

@@ -1,62 +1,45 @@
 //! Looking again and again before sleeping: waking who sleeps costs more than most waits are long.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
 
-/// Looks at most, some 50 µs: about what it takes to wake a processor that sleeps.
-pub const MOST: u32 = 2000;
+/// Looks at most, some 80 µs: the time in which the other side reads and answers a sample of a megabyte.
+pub const MOST: u32 = 4000;
 /// Looks at least.
-const LEAST: u32 = 50;
-/// A sleep that is shorter might have been none.
-const SHORT: Duration = Duration::from_micros(100);
-/// Of so many short sleeps, one is tried without.
+const LEAST: u32 = 100;
+/// After so many waits in a row for which even the most was too little, few looks are enough.
+const PATIENT: u32 = 4;
+/// Then one of so many waits tries again.
 const TRIAL: u32 = 32;
 
-/// How long it pays to look, as learned from the waits before: one that waits for each millisecond sleeps at once, and
-/// costs nothing; one that gets its answer at once does not sleep at all.
-#[derive(Debug)]
+/// How long it pays to look, as learned from the waits before: who is answered at once does not sleep at all, and who
+/// waits for each millisecond sleeps soon, and costs next to nothing.
+#[derive(Debug, Default)]
 pub struct Spin {
-    budget: AtomicU32,
-    short_sleeps: AtomicU32,
-}
-
-impl Default for Spin {
-    fn default() -> Self {
-        Self {
-            budget: AtomicU32::new(MOST),
-            short_sleeps: AtomicU32::new(0),
-        }
-    }
+    /// Waits in a row that ended in a sleep.
+    slept: AtomicU32,
 }
 
 impl Spin {
-    /// Looks until `ready`; false when it does not pay any more.
+    /// Looks until `ready`; false when a sleep is cheaper.
     pub fn until(&self, ready: impl Fn() -> bool) -> bool {
-        let budget = self.budget.load(Ordering::Relaxed);
-        for look in 1..=budget {
+        let slept = self.slept.load(Ordering::Relaxed);
+        let looks = match slept < PATIENT || slept.is_multiple_of(TRIAL) {
+            true => MOST,
+            false => LEAST,
+        };
+        for look in 0..looks {
             if ready() {
-                if look > budget / 2 {
-                    self.budget.store((budget * 2).min(MOST), Ordering::Relaxed);
+                // Fewer would have been too few.
+                if look >= LEAST {
+                    self.slept.store(0, Ordering::Relaxed);
                 }
                 return true;
             }
             // Not `yield_now`: who else wants to run would have the processor for milliseconds.
             std::hint::spin_loop();
         }
+        self.slept.store(slept.wrapping_add(1), Ordering::Relaxed);
         false
-    }
-
-    /// It was of no use: so long was slept afterwards.
-    pub fn slept(&self, slept: Duration) {
-        let trials = match slept < SHORT {
-            true => self.short_sleeps.fetch_add(1, Ordering::Relaxed),
-            false => 1,
-        };
-        let budget = match trials.is_multiple_of(TRIAL) {
-            true => MOST,
-            false => (self.budget.load(Ordering::Relaxed) / 2).max(LEAST),
-        };
-        self.budget.store(budget, Ordering::Relaxed);
     }
 }
 
@@ -74,30 +57,20 @@ mod tests {
     }
 
     #[test]
-    fn one_that_sleeps_long_looks_little() {
+    fn one_that_always_sleeps_looks_little_and_tries_now_and_then() {
         let spin = Spin::default();
-        assert_eq!(looks(&spin), MOST);
-        for _ in 0..20 {
-            spin.slept(Duration::from_millis(1));
-        }
-        assert_eq!(looks(&spin), LEAST);
+        let tried: Vec<_> = (0..100).filter(|_| looks(&spin) == MOST).collect();
+        assert_eq!(tried, [0, 1, 2, 3, 32, 64, 96]);
     }
 
     #[test]
-    fn one_that_sleeps_briefly_tries_now_and_then_and_goes_on_when_it_pays() {
+    fn one_that_is_answered_in_time_goes_on_looking() {
         let spin = Spin::default();
-        let briefly = Duration::from_micros(5);
-        let tried: Vec<_> = (0..80)
-            .map(|_| {
-                spin.slept(briefly);
-                looks(&spin) == MOST
-            })
-            .collect();
-        assert_eq!(tried.iter().filter(|tried| **tried).count(), 3);
-        while looks(&spin) < MOST {
-            spin.slept(briefly);
-        }
-        assert!(spin.until(|| true));
+        while looks(&spin) == MOST {}
+        while looks(&spin) == LEAST {}
+        let left = AtomicU32::new(MOST / 2);
+        spin.slept.store(TRIAL, Ordering::Relaxed);
+        assert!(spin.until(|| left.fetch_sub(1, Ordering::Relaxed) == 0));
         assert_eq!(looks(&spin), MOST);
     }
 }

@@ -42,25 +42,7 @@ const ALLOW: &str = "#[allow(dead_code, missing_docs, non_camel_case_types, non_
 ///
 /// Types that `rts_runtime::types` has are used from there.
 ///
-/// A component's `build.rs`:
-///
-/// ```no_run
-/// # #![allow(clippy::disallowed_methods)]
-/// use rts_schemas::idl;
-///
-/// let name = "idl/arm.idl";
-/// println!("cargo::rerun-if-changed={name}");
-/// let bytes = std::fs::read(name).unwrap();
-/// let read = idl::read(name, &bytes, &idl::standard()).unwrap_or_else(|report| {
-///     let all: Vec<String> = report.findings.iter().map(rts_schemas::diagnostic::render).collect();
-///     panic!("{}", all.join("\n"))
-/// });
-/// let code = idl::rust::generate(&read.unit, &[name]);
-/// let out = std::path::Path::new(&std::env::var("OUT_DIR").unwrap()).join("arm.rs");
-/// std::fs::write(out, code.text).unwrap();
-/// ```
-///
-/// And in its `src/lib.rs`: `mod arm { include!(concat!(env!("OUT_DIR"), "/arm.rs")); }`.
+/// `docs/idl.md` has a build script that does it.
 pub fn generate(unit: &Unit, files: &[&str]) -> Code {
     let selection = Selection::new(unit, files);
     let writer = Writer {
@@ -74,13 +56,16 @@ pub fn generate(unit: &Unit, files: &[&str]) -> Code {
         let path = writer.names.module(index);
         root.at(path).items.push_str(&text);
     }
-    let mut text = String::new();
+    let mut text = HEAD.to_owned();
     root.write(0, &mut text);
     Code {
         text,
         left_out: selection.left_out(),
     }
 }
+
+/// The first line.
+const HEAD: &str = "// Generated from IDL by rtsctl: change the IDL file, not this one.\n";
 
 /// A module with its text.
 #[derive(Debug, Default)]
@@ -98,14 +83,17 @@ impl Module {
 
     fn write(&self, depth: usize, out: &mut String) {
         let indent = "    ".repeat(depth);
-        for line in self.items.lines() {
+        let is_first = out.ends_with("{\n");
+        let items = self.items.strip_prefix('\n').filter(|_| is_first);
+        for line in items.unwrap_or(&self.items).lines() {
             let _ = match line.is_empty() {
                 true => writeln!(out),
                 false => writeln!(out, "{indent}{line}"),
             };
         }
         for (name, module) in &self.modules {
-            let _ = write!(out, "\n{indent}/// `module {name}`.\n");
+            let gap = if out.ends_with("{\n") { "" } else { "\n" };
+            let _ = writeln!(out, "{gap}{indent}/// `module {name}`.");
             if depth == 0 {
                 out.push_str(ALLOW);
             }
@@ -115,6 +103,11 @@ impl Module {
         }
     }
 }
+
+/// Keeps the guide's build script compiling.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/idl.md")]
+struct Guide;
 
 /// What knows everything that a piece of text needs.
 struct Writer<'a> {

@@ -92,15 +92,19 @@ fn make(
                 }
             });
             let sender = Arc::new(Sender::new(ours, agreed, &settings).unwrap());
-            thread::spawn({
-                let sender = Arc::clone(&sender);
-                move || sender.send()
-            });
             (Link::Socket(sender), source)
         }
     };
+    let sender = match &link {
+        Link::Socket(sender) => Some(Arc::clone(sender)),
+        _ => None,
+    };
     assert!(connector.establish(link));
     let connector = Arc::new(connector);
+    if let Some(sender) = sender {
+        let connector = Arc::clone(&connector);
+        thread::spawn(move || connector.close(sender.send().parting()));
+    }
     out.add(&connector, || Ok(())).unwrap();
     Made { connector, source }
 }
@@ -551,5 +555,15 @@ fn many_sources_come_to_one_port_each_with_its_own_policies() {
         overwrites.connector.close(Parting::GoodBye);
         write(&right, 15);
         assert_eq!(read(&port, 1), [15]);
+        // What has ended takes nothing, and counts nothing.
+        write(&left, 5);
+        port.close(&refuses.source, Parting::Loss);
+        until("the end is seen", || {
+            let sent = refuses.connector.info().samples_sent;
+            write(&right, 16);
+            refuses.connector.info().samples_sent == sent
+        });
+        assert_eq!(overwrites.connector.info().samples_sent, 4);
+        assert!(callback(&port).is_empty());
     }
 }

@@ -59,6 +59,14 @@ pub enum Link {
 }
 
 impl Link {
+    fn is_open(&self) -> bool {
+        match self {
+            Self::Connecting | Self::Closed(_) => false,
+            Self::Direct { source, .. } => source.is_open(),
+            Self::Socket(_) => true,
+        }
+    }
+
     fn close(&self, parting: Parting) {
         match self {
             Self::Connecting | Self::Closed(_) => {}
@@ -108,7 +116,7 @@ impl Connector {
     /// connectors up.
     pub fn offer(&self, payload: &Payload, written: u64) -> Result<(), Full> {
         let link = lock(&self.link).clone();
-        if matches!(link, Link::Connecting | Link::Closed(_)) {
+        if !link.is_open() {
             return Ok(());
         }
         let size = payload.len() as u64;

@@ -135,9 +135,9 @@ fn outcome(
 /// Without the place of a panic.
 fn without_places(text: &str) -> String {
     let mut parts = text.split("panicked at ");
-    let mut out = parts.next().unwrap().to_owned();
+    let mut out = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        out += part.split_once(": ").unwrap().1;
+        out += part.split_once(": ").map_or(part, |(_, text)| text);
     }
     out
 }

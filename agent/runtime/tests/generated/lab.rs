@@ -1,3 +1,4 @@
+// Generated from IDL by rtsctl: change the IDL file, not this one.
 
 /// `ANSWER`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
@@ -6,7 +7,6 @@ pub const ANSWER: i32 = 42;
 /// `module Lab`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
 pub mod Lab {
-
     /// `Lab::Mode`.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
     #[serde(crate = "::rts_runtime::serde")]
@@ -30,7 +30,7 @@ pub mod Lab {
     pub const MASK: u8 = 240;
 
     /// `Lab::RATIO`.
-    pub const RATIO: f64 = 0.25;
+    pub const RATIO: ::core::primitive::f64 = 0.25;
 
     /// `Lab::NAME`.
     pub const NAME: &str = "lab \"1\"";
@@ -44,14 +44,26 @@ pub mod Lab {
     /// `Lab::YES`.
     pub const YES: bool = true;
 
+    /// `Lab::label`.
+    pub const label: i32 = 1;
+
+    /// `Lab::value`.
+    pub const value: i32 = 2;
+
+    /// `Lab::Ok`.
+    pub const Ok: i32 = 3;
+
+    /// `Lab::f64`.
+    pub const f64: i32 = 4;
+
     /// `Lab::MANY`.
     pub const MANY: u64 = 18446744073709551615;
 
     /// `Lab::Matrix`.
-    pub type Matrix = [[f64; 3]; 2];
+    pub type Matrix = [[::core::primitive::f64; 3]; 2];
 
     /// `Lab::Path`. At most 100 elements.
-    pub type Path = Vec<::rts_runtime::types::Point3D>;
+    pub type Path = Vec<super::RTC::Point3D>;
 
     /// `Lab::Reading`.
     #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
@@ -71,6 +83,29 @@ pub mod Lab {
 
     impl ::rts_runtime::types::DataType for Reading {
         const TYPE_ID: &'static str = "IDL:Lab/Reading:1.0";
+    }
+
+    /// `Lab::SIGN`.
+    pub const SIGN: char = 'あ';
+
+    /// `Lab::Octets`.
+    pub type Octets = Vec<u8>;
+
+    /// `Lab::Wide`.
+    #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+    #[serde(crate = "::rts_runtime::serde")]
+    pub struct Wide {
+        pub letter: ::rts_runtime::types::WChar,
+        pub text: ::rts_runtime::types::WString,
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
+        pub raw: Octets,
+        /// At most 4 elements.
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
+        pub letters: Vec<u8>,
+    }
+
+    impl ::rts_runtime::types::DataType for Wide {
+        const TYPE_ID: &'static str = "IDL:Lab/Wide:1.0";
     }
 
     /// `Lab::Outer`.
@@ -114,7 +149,7 @@ pub mod Lab {
     #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
     #[serde(crate = "::rts_runtime::serde")]
     pub struct Node {
-        pub value: i32,
+        pub count: i32,
         #[serde(deserialize_with = "::rts_runtime::types::nested")]
         pub children: Nodes,
     }
@@ -146,17 +181,17 @@ pub mod Lab {
             use ::rts_runtime::serde::ser::SerializeTuple as _;
             let mut __to = __to.serialize_tuple(2)?;
             match self {
-                Self::number(value) => {
-                    let label: Mode = Mode::IDLE;
-                    __to.serialize_element(&label)?;
-                    __to.serialize_element(value)?;
+                Self::number(__value) => {
+                    let __label: Mode = Mode::IDLE;
+                    __to.serialize_element(&__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::text(label, value) => {
-                    if !matches!(label, Mode::MOVING | Mode::Self_) {
-                        return Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
+                Self::text(__label, __value) => {
+                    if !matches!(__label, Mode::MOVING | Mode::Self_) {
+                        return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
                     }
-                    __to.serialize_element(label)?;
-                    __to.serialize_element(value)?;
+                    __to.serialize_element(__label)?;
+                    __to.serialize_element(__value)?;
                 }
             }
             __to.end()
@@ -177,10 +212,10 @@ pub mod Lab {
                 fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<Choice, __A::Error> {
                     use ::rts_runtime::serde::de::Error as _;
                     let __short = || __A::Error::custom("the union ends too early");
-                    let label: Mode = __from.next_element()?.ok_or_else(__short)?;
-                    Ok(match label {
+                    let __label: Mode = __from.next_element()?.ok_or_else(__short)?;
+                    ::core::result::Result::Ok(match __label {
                         Mode::IDLE => Choice::number(__from.next_element()?.ok_or_else(__short)?),
-                        Mode::MOVING | Mode::Self_ => Choice::text(label, __from.next_element()?.ok_or_else(__short)?),
+                        Mode::MOVING | Mode::Self_ => Choice::text(__label, __from.next_element()?.ok_or_else(__short)?),
                     })
                 }
             }
@@ -197,7 +232,7 @@ pub mod Lab {
     #[derive(Debug, Clone, PartialEq)]
     pub enum Number {
         /// `case -1`, `case 1`.
-        real(i16, f64),
+        real(i16, ::core::primitive::f64),
         /// `case 7`.
         small(u8),
         /// Any other value: nothing is with it.
@@ -215,23 +250,23 @@ pub mod Lab {
             use ::rts_runtime::serde::ser::SerializeTuple as _;
             let mut __to = __to.serialize_tuple(2)?;
             match self {
-                Self::real(label, value) => {
-                    if !matches!(label, -1 | 1) {
-                        return Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
+                Self::real(__label, __value) => {
+                    if !matches!(__label, -1 | 1) {
+                        return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
                     }
-                    __to.serialize_element(label)?;
-                    __to.serialize_element(value)?;
+                    __to.serialize_element(__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::small(value) => {
-                    let label: i16 = 7;
-                    __to.serialize_element(&label)?;
-                    __to.serialize_element(value)?;
+                Self::small(__value) => {
+                    let __label: i16 = 7;
+                    __to.serialize_element(&__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::otherwise(label) => {
-                    if matches!(label, -1 | 1 | 7) {
-                        return Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
+                Self::otherwise(__label) => {
+                    if matches!(__label, -1 | 1 | 7) {
+                        return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
                     }
-                    __to.serialize_element(label)?;
+                    __to.serialize_element(__label)?;
                 }
             }
             __to.end()
@@ -252,11 +287,11 @@ pub mod Lab {
                 fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<Number, __A::Error> {
                     use ::rts_runtime::serde::de::Error as _;
                     let __short = || __A::Error::custom("the union ends too early");
-                    let label: i16 = __from.next_element()?.ok_or_else(__short)?;
-                    Ok(match label {
-                        -1 | 1 => Number::real(label, __from.next_element()?.ok_or_else(__short)?),
+                    let __label: i16 = __from.next_element()?.ok_or_else(__short)?;
+                    ::core::result::Result::Ok(match __label {
+                        -1 | 1 => Number::real(__label, __from.next_element()?.ok_or_else(__short)?),
                         7 => Number::small(__from.next_element()?.ok_or_else(__short)?),
-                        _ => Number::otherwise(label),
+                        _ => Number::otherwise(__label),
                     })
                 }
             }
@@ -289,17 +324,17 @@ pub mod Lab {
             use ::rts_runtime::serde::ser::SerializeTuple as _;
             let mut __to = __to.serialize_tuple(2)?;
             match self {
-                Self::yes(value) => {
-                    let label: bool = true;
-                    __to.serialize_element(&label)?;
-                    __to.serialize_element(value)?;
+                Self::yes(__value) => {
+                    let __label: bool = true;
+                    __to.serialize_element(&__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::no(label, value) => {
-                    if matches!(label, true) {
-                        return Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
+                Self::no(__label, __value) => {
+                    if matches!(__label, true) {
+                        return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
                     }
-                    __to.serialize_element(label)?;
-                    __to.serialize_element(value)?;
+                    __to.serialize_element(__label)?;
+                    __to.serialize_element(__value)?;
                 }
             }
             __to.end()
@@ -320,10 +355,10 @@ pub mod Lab {
                 fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<Other, __A::Error> {
                     use ::rts_runtime::serde::de::Error as _;
                     let __short = || __A::Error::custom("the union ends too early");
-                    let label: bool = __from.next_element()?.ok_or_else(__short)?;
-                    Ok(match label {
+                    let __label: bool = __from.next_element()?.ok_or_else(__short)?;
+                    ::core::result::Result::Ok(match __label {
                         true => Other::yes(__from.next_element()?.ok_or_else(__short)?),
-                        _ => Other::no(label, __from.next_element()?.ok_or_else(__short)?),
+                        _ => Other::no(__label, __from.next_element()?.ok_or_else(__short)?),
                     })
                 }
             }
@@ -358,21 +393,21 @@ pub mod Lab {
             use ::rts_runtime::serde::ser::SerializeTuple as _;
             let mut __to = __to.serialize_tuple(2)?;
             match self {
-                Self::leaf(value) => {
-                    let label: u8 = 108;
-                    __to.serialize_element(&label)?;
-                    __to.serialize_element(value)?;
+                Self::leaf(__value) => {
+                    let __label: u8 = 108;
+                    __to.serialize_element(&__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::branches(value) => {
-                    let label: u8 = 116;
-                    __to.serialize_element(&label)?;
-                    __to.serialize_element(value)?;
+                Self::branches(__value) => {
+                    let __label: u8 = 116;
+                    __to.serialize_element(&__label)?;
+                    __to.serialize_element(__value)?;
                 }
-                Self::otherwise(label) => {
-                    if matches!(label, 108 | 116) {
-                        return Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
+                Self::otherwise(__label) => {
+                    if matches!(__label, 108 | 116) {
+                        return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom("the value does not choose this case"));
                     }
-                    __to.serialize_element(label)?;
+                    __to.serialize_element(__label)?;
                 }
             }
             __to.end()
@@ -393,11 +428,11 @@ pub mod Lab {
                 fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<Tree, __A::Error> {
                     use ::rts_runtime::serde::de::Error as _;
                     let __short = || __A::Error::custom("the union ends too early");
-                    let label: u8 = __from.next_element()?.ok_or_else(__short)?;
-                    Ok(match label {
+                    let __label: u8 = __from.next_element()?.ok_or_else(__short)?;
+                    ::core::result::Result::Ok(match __label {
                         108 => Tree::leaf(__from.next_element()?.ok_or_else(__short)?),
                         116 => Tree::branches(__from.next_element::<::rts_runtime::types::Nested<_>>()?.ok_or_else(__short)?.0),
-                        _ => Tree::otherwise(label),
+                        _ => Tree::otherwise(__label),
                     })
                 }
             }
@@ -413,23 +448,8 @@ pub mod Lab {
     /// `Lab::Trees`.
     pub type Trees = Vec<Tree>;
 
-    /// `Lab::Wide`.
-    #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
-    #[serde(crate = "::rts_runtime::serde")]
-    pub struct Wide {
-        pub letter: ::rts_runtime::types::WChar,
-    }
-
-    impl ::rts_runtime::types::DataType for Wide {
-        const TYPE_ID: &'static str = "IDL:Lab/Wide:1.0";
-    }
-
-    /// `Lab::Wides`.
-    pub type Wides = Vec<Wide>;
-
     /// `module Inner`.
     pub mod Inner {
-
         /// `Lab::Inner::String`.
         #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
         #[serde(crate = "::rts_runtime::serde")]
@@ -454,5 +474,22 @@ pub mod Lab {
         impl ::rts_runtime::types::DataType for Box {
             const TYPE_ID: &'static str = "IDL:Lab/Inner/Box:1.0";
         }
+    }
+}
+
+/// `module RTC`.
+#[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
+pub mod RTC {
+    /// `RTC::Point3D`.
+    #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+    #[serde(crate = "::rts_runtime::serde")]
+    pub struct Point3D {
+        pub x: ::core::primitive::f64,
+        pub y: ::core::primitive::f64,
+        pub z: ::core::primitive::f64,
+    }
+
+    impl ::rts_runtime::types::DataType for Point3D {
+        const TYPE_ID: &'static str = "IDL:RTC/Point3D:1.0";
     }
 }

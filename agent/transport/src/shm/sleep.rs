@@ -6,7 +6,7 @@
 use std::io;
 use std::os::fd::BorrowedFd;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering, fence};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
@@ -67,7 +67,6 @@ impl Sleep<'_> {
         if self.spin.until(&ready) {
             return Ok(());
         }
-        let begin = Instant::now();
         let nap = timespec(patience.min(ON_WORD_FOR));
         let word_changed = self.sleep(ON_WORD, &ready, || {
             match futex::wait(self.word, futex::Flags::empty(), ON_WORD, nap.as_ref()) {
@@ -75,7 +74,6 @@ impl Sleep<'_> {
                 _ => Ok(true),
             }
         })?;
-        self.spin.slept(begin.elapsed());
         if word_changed || patience <= ON_WORD_FOR {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! Both ends in one process.
 
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rts_transport::{Ended, Kind, MAX_SAMPLE, Parting, Payload, Refused, Sample};
 
@@ -102,10 +102,17 @@ pub fn who_waits_for_a_sample_waits_no_longer_than_asked(kind: Kind) {
     assert_eq!(receiver.take(Duration::from_millis(20)), Ok(None));
     assert_eq!(receiver.take(Duration::from_millis(70)), Ok(None));
     assert_eq!(sender.ended(), None);
-    let taking = thread::spawn(move || next(&mut *receiver));
+    let taking = thread::spawn(move || receiver.take(Duration::MAX));
     thread::sleep(Duration::from_millis(120));
     sender.push(sample(1, 10)).unwrap();
-    assert_is(&taking.join().unwrap(), 1, 10);
+    // It sleeps as one does who has waited for long, and has to be woken.
+    let begin = Instant::now();
+    while !taking.is_finished() {
+        assert!(begin.elapsed() < PATIENCE / 2, "it was not woken");
+        thread::sleep(Duration::from_millis(1));
+    }
+    let taken = taking.join().unwrap().unwrap();
+    assert_is(&taken.unwrap(), 1, 10);
 }
 
 pub fn what_was_pushed_before_a_good_bye_arrives(kind: Kind) {

@@ -150,12 +150,12 @@ fn serialize(
          fn serialize<__S: ::rts_runtime::serde::Serializer>(&self, __to: __S) -> ::core::result::Result<__S::Ok, __S::Error> {{\n        \
          {USE}ser::SerializeTuple as _;\n        let mut __to = __to.serialize_tuple(2)?;\n        match self {{\n"
     );
-    let wrong = "return Err(::rts_runtime::serde::ser::Error::custom(\"the value does not choose this case\"))";
+    let wrong = "return ::core::result::Result::Err(::rts_runtime::serde::ser::Error::custom(\"the value does not choose this case\"))";
     for case in cases {
         if !case.holds_label() {
             let _ = writeln!(
                 text,
-                "            Self::{}(value) => {{\n                let label: {decides} = {};\n                __to.serialize_element(&label)?;\n                __to.serialize_element(value)?;\n            }}",
+                "            Self::{}(__value) => {{\n                let __label: {decides} = {};\n                __to.serialize_element(&__label)?;\n                __to.serialize_element(__value)?;\n            }}",
                 case.name,
                 case.labels.first().map_or("", String::as_str),
             );
@@ -170,23 +170,23 @@ fn serialize(
         let guard = match (case.is_default, strange.is_empty()) {
             (true, true) => String::new(),
             (true, false) => format!(
-                "                if matches!(label, {}) {{\n                    {wrong};\n                }}\n",
+                "                if matches!(__label, {}) {{\n                    {wrong};\n                }}\n",
                 strange.join(" | ")
             ),
             (false, _) => format!(
-                "                if !matches!(label, {own}) {{\n                    {wrong};\n                }}\n"
+                "                if !matches!(__label, {own}) {{\n                    {wrong};\n                }}\n"
             ),
         };
         let _ = writeln!(
             text,
-            "            Self::{}(label, value) => {{\n{guard}                __to.serialize_element(label)?;\n                __to.serialize_element(value)?;\n            }}",
+            "            Self::{}(__label, __value) => {{\n{guard}                __to.serialize_element(__label)?;\n                __to.serialize_element(__value)?;\n            }}",
             case.name
         );
     }
     if let Some(others) = others {
         let _ = writeln!(
             text,
-            "            Self::{others}(label) => {{\n                if matches!(label, {}) {{\n                    {wrong};\n                }}\n                __to.serialize_element(label)?;\n            }}",
+            "            Self::{others}(__label) => {{\n                if matches!(__label, {}) {{\n                    {wrong};\n                }}\n                __to.serialize_element(__label)?;\n            }}",
             labels.join(" | ")
         );
     }
@@ -205,7 +205,7 @@ fn deserialize(name: &str, decides: &str, cases: &[Case<'_>], others: Option<&st
          fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<{name}, __A::Error> {{\n                \
          {USE}de::Error as _;\n                \
          let __short = || __A::Error::custom(\"the union ends too early\");\n                \
-         let label: {decides} = __from.next_element()?.ok_or_else(__short)?;\n                Ok(match label {{\n"
+         let __label: {decides} = __from.next_element()?.ok_or_else(__short)?;\n                ::core::result::Result::Ok(match __label {{\n"
     );
     let member = |case: &Case<'_>| {
         let next = match case.is_nested {
@@ -215,7 +215,7 @@ fn deserialize(name: &str, decides: &str, cases: &[Case<'_>], others: Option<&st
             false => "__from.next_element()?.ok_or_else(__short)?",
         };
         match case.holds_label() {
-            true => format!("{name}::{}(label, {next})", case.name),
+            true => format!("{name}::{}(__label, {next})", case.name),
             false => format!("{name}::{}({next})", case.name),
         }
     };
@@ -230,7 +230,7 @@ fn deserialize(name: &str, decides: &str, cases: &[Case<'_>], others: Option<&st
     if let Some(case) = cases.iter().find(|case| case.is_default) {
         let _ = writeln!(text, "                    _ => {},", member(case));
     } else if let Some(others) = others {
-        let _ = writeln!(text, "                    _ => {name}::{others}(label),");
+        let _ = writeln!(text, "                    _ => {name}::{others}(__label),");
     }
     text.push_str(
         "                })\n            }\n        }\n\n        __from.deserialize_tuple(2, __Parts)\n    }\n}\n",
