@@ -1,8 +1,8 @@
+// Generated from IDL by rtsctl: change the IDL file, not this one.
 
 /// `module RTC`.
 #[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
 pub mod RTC {
-
     /// `RTC::TimedState`.
     #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
     #[serde(crate = "::rts_runtime::serde")]
@@ -104,6 +104,7 @@ pub mod RTC {
     #[serde(crate = "::rts_runtime::serde")]
     pub struct TimedCharSeq {
         pub tm: ::rts_runtime::types::Time,
+        #[serde(serialize_with = "::rts_runtime::types::octets")]
         pub data: Vec<u8>,
     }
 

@@ -63,7 +63,7 @@ pub mod Lab {
     pub type Matrix = [[::core::primitive::f64; 3]; 2];
 
     /// `Lab::Path`. At most 100 elements.
-    pub type Path = Vec<super::RTC::Point3D>;
+    pub type Path = Vec<::rts_runtime::types::Point3D>;
 
     /// `Lab::Reading`.
     #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
@@ -474,22 +474,5 @@ pub mod Lab {
         impl ::rts_runtime::types::DataType for Box {
             const TYPE_ID: &'static str = "IDL:Lab/Inner/Box:1.0";
         }
-    }
-}
-
-/// `module RTC`.
-#[allow(dead_code, missing_docs, non_camel_case_types, non_snake_case, non_upper_case_globals, clippy::all)]
-pub mod RTC {
-    /// `RTC::Point3D`.
-    #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
-    #[serde(crate = "::rts_runtime::serde")]
-    pub struct Point3D {
-        pub x: ::core::primitive::f64,
-        pub y: ::core::primitive::f64,
-        pub z: ::core::primitive::f64,
-    }
-
-    impl ::rts_runtime::types::DataType for Point3D {
-        const TYPE_ID: &'static str = "IDL:RTC/Point3D:1.0";
     }
 }

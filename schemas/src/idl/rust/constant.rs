@@ -26,9 +26,7 @@ impl Writer<'_> {
             ConstantValue::Integer(value) => value.to_string(),
             ConstantValue::Float(value) => format!("{value:?}"),
             ConstantValue::Boolean(value) => value.to_string(),
-            ConstantValue::Char(value) if is_wide => {
-                format!("::rts_runtime::types::WChar({value:?})")
-            }
+            ConstantValue::Char(value) if is_wide => format!("{value:?}"),
             ConstantValue::Char(value) => u32::from(*value).to_string(),
             ConstantValue::Text(value) => format!("{value:?}"),
             ConstantValue::Enumerator {

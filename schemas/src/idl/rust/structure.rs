@@ -23,9 +23,6 @@ impl Writer<'_> {
                     "    #[serde(deserialize_with = \"::rts_runtime::types::nested\")]\n",
                 );
             }
-            if self.is_octets(&member.r#type) {
-                text.push_str("    #[serde(serialize_with = \"::rts_runtime::types::octets\")]\n");
-            }
             let r#type = self.r#type(&member.r#type, index);
             let _ = writeln!(
                 text,

@@ -60,16 +60,6 @@ impl Writer<'_> {
         self.names.prelude(name, path)
     }
 
-    /// Whether it is a sequence of octets, which is written in one piece.
-    pub(super) fn is_octets(&self, r#type: &Type) -> bool {
-        match self.without_alias(r#type) {
-            Type::Sequence { element, .. } => {
-                *self.without_alias(element) == Type::Primitive(Primitive::Octet)
-            }
-            _ => false,
-        }
-    }
-
     /// A type without its aliases.
     pub(super) fn without_alias<'t>(&'t self, r#type: &'t Type) -> &'t Type {
         match r#type {
