@@ -39,8 +39,10 @@ const COUNTERS: [Counter; 5] = [
     ),
 ];
 
-/// Quantiles of the latency.
-const QUANTILES: [(&str, fn(&Latency) -> u64); 2] = [
+/// Label and value of a quantile of the latency.
+type Quantile = (&'static str, fn(&Latency) -> u64);
+
+const QUANTILES: [Quantile; 2] = [
     ("0.5", |latency| latency.median_ns),
     ("0.99", |latency| latency.p99_ns),
 ];
