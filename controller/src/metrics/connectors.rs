@@ -39,10 +39,9 @@ const COUNTERS: [Counter; 5] = [
     ),
 ];
 
-/// Name of a quantile, and where it is.
+/// Label and value of a quantile of the latency.
 type Quantile = (&'static str, fn(&Latency) -> u64);
 
-/// Quantiles of the latency.
 const QUANTILES: [Quantile; 2] = [
     ("0.5", |latency| latency.median_ns),
     ("0.99", |latency| latency.p99_ns),
