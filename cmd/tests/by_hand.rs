@@ -283,16 +283,25 @@ fn a_component_that_is_driven_from_outside_runs_as_many_cycles_as_it_is_ticked()
     let kinds = kinds.replacen("PERIODIC", "EVENT_DRIVEN", 1);
     std::fs::write(stack.folder.path().join("driven.xml"), kinds).unwrap();
     says(&stack, 0, &["apply", "driven.xml"]);
-    assert_eq!(object(&stack, "component", "Sine0")["status"]["executions"], 0);
+    assert_eq!(
+        object(&stack, "component", "Sine0")["status"]["executions"],
+        0
+    );
     prints(
         &stack,
         &["tick", "Sine0", "-n", "2", "--dry-run"],
         "component/Sine0 would be ticked",
     );
     for _ in 0..2 {
-        prints(&stack, &["tick", "Sine0", "-n", "2"], "component/Sine0 ticked");
+        prints(
+            &stack,
+            &["tick", "Sine0", "-n", "2"],
+            "component/Sine0 ticked",
+        );
     }
-    until(&stack, "component", "Sine0", |c| c["status"]["executions"] == 4);
+    until(&stack, "component", "Sine0", |c| {
+        c["status"]["executions"] == 4
+    });
     until(&stack, "connector", "Sine0.out-Filter0.in", |c| {
         c["status"]["samplesReceived"] == 4
     });

@@ -300,8 +300,8 @@ unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
     // SAFETY: as for `log`.
     unsafe {
         guarded(context, (), |context| {
-            drop(lock(&context.loans).take(token, 0))
-        })
+            drop(lock(&context.loans).take(token, 0));
+        });
     }
 }
 
