@@ -55,6 +55,10 @@ pub struct Response {
 }
 
 /// What a manager sends after its hello.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one lives at a time, between the socket and who asked"
+)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "camelCase")]
 pub enum FromManager {
@@ -78,6 +82,10 @@ pub struct Changed {
 }
 
 /// A good answer.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one lives at a time, between the socket and who asked"
+)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "value", rename_all = "camelCase")]
 pub enum ResponseBody {

@@ -1,5 +1,7 @@
 //! A callback that fails, each in each way: what becomes of its component, and that nothing becomes of others.
 
+#![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
 use std::fmt::Write;
 
 use rts_manager_api::client::Client;

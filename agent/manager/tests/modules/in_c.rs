@@ -1,5 +1,7 @@
 //! Modules that a C or a C++ compiler made of the header.
 
+#![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,5 +1,7 @@
 //! The C header is what the ABI's Rust source says, and a C and a C++ compiler lay it out in the same way.
 
+#![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
 use std::fmt::Write;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
