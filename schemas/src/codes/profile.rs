@@ -216,7 +216,7 @@ Mend the name (the help shows the nearest one), or add the component.",
         code: "unsupported-execution-kind",
         title: "the execution context does not run by itself",
         explain: "\
-Components run periodically, at a rate, or when samples arrive (`EVENT_DRIVEN`). Any other kind, such as that of a simulator,
+Components run periodically, at a rate, or when samples arrive (`EVENT_DRIVEN`). Any other, such as that of a simulator,
 is taken for one that is driven from outside: the component is activated, and runs cycles when `rtsctl tick` asks for them.
 
 Write `PERIODIC` and a rate if the component can run so.",
