@@ -120,6 +120,9 @@ impl Change {
                 for connector in spec.connectors.iter_mut().filter(own) {
                     let key = "dataport.subscription_type".to_owned();
                     connector.properties.insert(key, value.clone());
+                    // Said of every kind: only a periodic one goes by it.
+                    let key = "dataport.publisher.push_rate".to_owned();
+                    connector.properties.insert(key, "10.0".to_owned());
                 }
             }
             Self::Manager { instance, manager } => find(&mut spec, instance, &|c| {

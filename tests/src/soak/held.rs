@@ -28,9 +28,10 @@ pub struct Held {
 /// By (program, pid).
 pub type Snapshot = BTreeMap<(String, u32), Held>;
 
-/// A pool, a cache or the heap may hold so much more than before.
+/// A pool, a cache or the heap may hold so much more than before; of memory also half of what was held, as caches fill
+/// slowly on a busy machine.
 const SLACK: Held = Held {
-    memory: 6 * 1024,
+    memory: 4 * 1024,
     descriptors: 8,
     mappings: 24,
     threads: 8,
@@ -115,7 +116,7 @@ impl Growth {
                     "KiB of memory",
                     then.memory,
                     now.memory,
-                    SLACK.memory + then.memory / 10,
+                    SLACK.memory + then.memory / 2,
                 ),
                 (
                     "descriptors",

@@ -170,10 +170,9 @@ fn read_to(port: &InPort, last: u64) -> Vec<u64> {
 }
 
 /// Waits until so many samples have arrived, or were refused on arrival.
-fn arrived(port: &InPort, made: &Made, count: u64) {
-    until("samples arrive", || {
-        port.arrivals() + made.source.counts().drops >= count
-    });
+/// Waits until so many samples were taken in or refused.
+fn arrived(port: &InPort, refused: impl Fn() -> u64, count: u64) {
+    until("samples arrive", || port.arrivals() + refused() >= count);
 }
 
 fn joins(thread: JoinHandle<Written>) -> Written {
@@ -194,7 +193,7 @@ fn without_a_word_samples_come_in_order_and_the_oldest_of_64_goes() {
     for transport in ALL {
         let (out, port, made) = one(transport, &[]);
         assert!(write_all(&out, 1..=70).iter().all(|w| *w == Written::Taken));
-        arrived(&port, &made, 70);
+        arrived(&port, || 0, 70);
         assert_eq!(
             callback(&port),
             (7..=70).collect::<Vec<_>>(),
@@ -269,7 +268,7 @@ fn a_wait_for_room_ends_at_its_time_out() {
     for transport in ALL {
         let (out, port, made) = one(transport, &blocking);
         let written = write_all(&out, 1..=3);
-        arrived(&port, &made, 3);
+        arrived(&port, || made.source.counts().drops, 3);
         assert_eq!(made.source.counts().drops, 2, "{transport:?}");
         assert_eq!(callback(&port), [1]);
         if transport == Transport::Direct {
