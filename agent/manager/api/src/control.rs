@@ -55,10 +55,6 @@ pub struct Response {
 }
 
 /// What a manager sends after its hello.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one lives at a time, between the socket and who asked"
-)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "camelCase")]
 pub enum FromManager {
@@ -82,10 +78,6 @@ pub struct Changed {
 }
 
 /// A good answer.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one lives at a time, between the socket and who asked"
-)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "value", rename_all = "camelCase")]
 pub enum ResponseBody {
