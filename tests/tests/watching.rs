@@ -356,6 +356,9 @@ fn events_come_once_each_also_from_a_new_controller() {
     names.sort();
     names.dedup();
     assert_eq!(names.len(), told, "no event twice");
+    about.until("its events are told", |about| {
+        about.out().lines().count() > 1
+    });
     let other = |c: &Value| c["object"]["spec"]["object"] != "component/Printer0";
     assert!(!changes(&about.out()).iter().any(other), "{}", about.out());
     watch.signal("INT");
