@@ -439,6 +439,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
         sets: request.sets,
         active: request.active.unwrap_or("default".to_owned()),
         execution_kind: request.execution_kind,
+        execution_context: None,
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,

@@ -124,6 +124,7 @@ impl Running {
             log_path: self.log_path(instance).display().to_string(),
             on_disconnect: None,
             stand_in: None,
+            execution_context: None,
         })
     }
 
@@ -271,6 +272,7 @@ pub fn configure(instance: &str, parameters: &[(&str, &str)]) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: None,
+        order: None,
         by_hand: None,
     }
 }
@@ -283,6 +285,7 @@ pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: Some(policy.to_owned()),
+        order: None,
         by_hand: None,
     }
 }
