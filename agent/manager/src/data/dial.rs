@@ -102,7 +102,7 @@ impl Target<'_> {
             clock: boot_id(),
         };
         let mut timed = Timed::new(stream, until);
-        frame::write(&mut timed, &Greeting::Data(hello))
+        frame::write(&mut timed, &Greeting::Data(Box::new(hello)))
             .map_err(|e| self.failed("takes no greeting", &e))?;
         let reply: DataReply = frame::read_answer(&mut timed).map_err(|e| self.no_answer(&e))?;
         reply.result.clone()?;

@@ -127,7 +127,7 @@ fn greet(
     };
     change(&mut hello);
     let mut stream = target.connect();
-    let greeted = frame::write(&mut stream, &Greeting::Data(hello));
+    let greeted = frame::write(&mut stream, &Greeting::Data(Box::new(hello)));
     greeted.expect("the greeting is taken");
     let reply = frame::read(&mut stream).expect("it answers");
     (stream, reply)
@@ -174,7 +174,7 @@ fn a_source_that_sends_nonsense_is_dropped_alone() {
             hello.transport = Some(name.to_owned());
         });
         // The second one of those that have agreed.
-        let refusal = first.result.or_else(|failure| Err(failure)).and_then(|()| {
+        let refusal = first.result.and_then(|()| {
             let reply: DataReply = frame::read_answer(&mut stream).unwrap();
             reply.result
         });
