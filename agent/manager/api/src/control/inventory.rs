@@ -235,7 +235,7 @@ pub struct ConnectorInfo {
     pub by_hand: Option<String>,
     /// `Connected`, `Connecting`, `Disconnected`.
     pub state: String,
-    /// `direct` or `uds`.
+    /// `direct`, `shm`, `uds` or `tcp`; empty before it was connected.
     pub transport: String,
     /// Samples written to it.
     pub samples_sent: u64,

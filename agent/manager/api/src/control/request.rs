@@ -151,9 +151,11 @@ impl RequestBody {
             }
             Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
             Self::LoadModule { digest, .. } => *digest = None,
-            Self::Disconnect { by_hand, .. }
-            | Self::Deactivate { by_hand, .. }
-            | Self::Connect(ConnectRequest { by_hand, .. }) => *by_hand = None,
+            Self::Disconnect { by_hand, .. } | Self::Deactivate { by_hand, .. } => *by_hand = None,
+            Self::Connect(request) => {
+                request.by_hand = None;
+                request.between_nodes = false;
+            }
             _ => {}
         }
         self
@@ -238,6 +240,9 @@ pub struct ConnectRequest {
     pub target_socket: Option<String>,
     /// Incarnation that the target must have.
     pub target_incarnation: String,
+    /// The target is on another node. Since version 2.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub between_nodes: bool,
     /// Connector properties, reported back.
     pub properties: BTreeMap<String, String>,
     /// Done by a person: reported back with the connector.
