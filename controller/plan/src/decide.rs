@@ -8,6 +8,7 @@ mod processes;
 
 use std::collections::BTreeSet;
 
+use rts_schemas::system::SharedExecutionContext;
 use rustc_hash::FxHashMap;
 
 use crate::alone::{claims, ends_unasked, first_fate, moved};
@@ -173,11 +174,24 @@ impl<'a> Decider<'_, 'a> {
             &component.type_name,
             want.placed.module_digest.as_deref(),
             &want.placed.manager,
-            component.execution_kind,
+            &(
+                component.execution_kind,
+                component.execution_context.clone(),
+            ),
             None,
         ) == component.recreate_hash;
         if same_module {
             let from = component.execution_kind;
+            if from == kind {
+                let called = |shared: &Option<SharedExecutionContext>| {
+                    let name = shared.as_ref().map(|shared| shared.name.as_str());
+                    name.unwrap_or("its own").to_owned()
+                };
+                let from = called(&component.execution_context);
+                let to = called(&spec.execution_context.shared());
+                let reason = format!("execution context changed from {from} to {to}");
+                return self.make(want, Make { old, reason });
+            }
             let reason = format!("execution kind changed from {from:?} to {kind:?}");
             return self.make(want, Make { old, reason });
         }

@@ -141,10 +141,11 @@ fn shared(
         panic!()
     };
     CreateRequest {
-        execution_context: Some(ExecutionContextRequest {
+        execution_context: Some(Box::new(ExecutionContextRequest {
             name: "control".to_owned(),
             order,
-        }),
+            shared_state: None,
+        })),
         ..request
     }
 }
@@ -174,7 +175,9 @@ fn delete(instance: &str) -> RequestBody {
 }
 
 fn members(client: &mut Client, instance: &str) -> String {
-    let shared = component(client, instance).execution_context.unwrap();
+    let Some(shared) = component(client, instance).execution_context else {
+        panic!("{instance} shares none")
+    };
     assert_eq!(shared.name, "control");
     shared.members.join(" ")
 }

@@ -153,7 +153,21 @@ fn a_system_that_goes_keeps_its_nodes_and_orders_but_nothing_else() {
 
 #[test]
 fn hash_covers_what_cannot_change_in_place() {
-    let hash = |t, d, m, k| recreate_hash(t, d, m, k, None);
+    let hash = |t, d, m, k| recreate_hash(t, d, m, &(k, None), None);
+    let shared = |name: &str, order, state: Option<&str>| {
+        let shared = SharedExecutionContext {
+            name: name.to_owned(),
+            order,
+            shared_state: state.map(str::to_owned),
+        };
+        recreate_hash(
+            "T",
+            Some("abc"),
+            "main",
+            &(ExecutionKind::Periodic, Some(shared)),
+            None,
+        )
+    };
     let first = hash("T", Some("abc"), "main", ExecutionKind::Periodic);
     assert_eq!(first.len(), 16);
     let others = [
@@ -162,8 +176,13 @@ fn hash_covers_what_cannot_change_in_place() {
         hash("T", None, "main", ExecutionKind::Periodic),
         hash("T", Some("abc"), "aux", ExecutionKind::Periodic),
         hash("T", Some("abc"), "main", ExecutionKind::Other),
+        shared("control", 1, None),
+        shared("slow", 1, None),
+        shared("control", 1, Some("Arm0")),
     ];
     assert!(others.iter().all(|other| *other != first));
+    assert!(others.iter().collect::<BTreeSet<_>>().len() == others.len());
+    assert_eq!(shared("control", 1, None), shared("control", 2, None));
 }
 
 #[test]

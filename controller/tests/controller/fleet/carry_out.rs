@@ -182,6 +182,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
         } => at(state, &manager).components.push(ComponentObserved {
@@ -200,6 +201,8 @@ fn change(state: &mut State, step: &Step) {
             hangs: None,
             on_disconnect,
             execution_kind,
+            execution_context,
+            runs_with: Vec::new(),
             rate: rate.unwrap_or(1000.0),
             executions: 0,
             timing: None,
@@ -214,6 +217,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             rate,
             on_disconnect,
+            order,
         } => {
             let component = component(state, &manager, &instance);
             let mut mark = Mark::of(component);
@@ -224,6 +228,9 @@ fn change(state: &mut State, step: &Step) {
             }
             if let Some(rate) = rate {
                 component.rate = rate;
+            }
+            if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                shared.order = order;
             }
             if configuration.active.is_some() {
                 component.configuration.active = configuration.active;

@@ -156,6 +156,9 @@ pub struct ExecutionContextInfo {
     pub name: String,
     /// Place of this component.
     pub order: i32,
+    /// Name of the composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
     /// All of them, in the order in which they run.
     pub members: Vec<String>,
 }

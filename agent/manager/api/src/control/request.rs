@@ -194,7 +194,7 @@ pub struct CreateRequest {
     pub stand_in: Option<StandInShape>,
     /// The execution context that it shares with others; none for one of its own. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub execution_context: Option<ExecutionContextRequest>,
+    pub execution_context: Option<Box<ExecutionContextRequest>>,
 }
 
 /// An execution context that components of one manager share.
@@ -206,6 +206,10 @@ pub struct ExecutionContextRequest {
     /// Place among its components: lower numbers run first, those with the same by name.
     #[serde(default)]
     pub order: i32,
+    /// Name of the composite whose members share their state with it: an error of one is that of all, and they are
+    /// deactivated and reset together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 /// An in-port end that waits for its connector.
