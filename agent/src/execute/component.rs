@@ -28,6 +28,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             rate,
             on_disconnect,
             stand_in,
+            realtime,
         } => {
             let mut request = create_request(
                 verb,
@@ -41,6 +42,9 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             request.on_disconnect = Some(on_disconnect_name(on_disconnect).to_owned());
             if let Some(shape) = stand_in {
                 super::stand_in::put_in(&*verb.manager(&manager)?, &mut request, shape)?;
+            }
+            if let Some(asked) = realtime {
+                super::realtime::put_in(&*verb.manager(&manager)?, &mut request, asked)?;
             }
             create(verb, &manager, request).await
         }
@@ -171,6 +175,7 @@ fn create_request(
         rate,
         on_disconnect: None,
         stand_in: None,
+        realtime: None,
     }
 }
 
@@ -324,7 +329,7 @@ fn on_disconnect_name(wanted: OnDisconnect) -> &'static str {
 }
 
 /// Name of an execution kind in the control protocol.
-pub(crate) fn kind_name(kind: ExecutionKind) -> &'static str {
+pub(super) fn kind_name(kind: ExecutionKind) -> &'static str {
     match kind {
         ExecutionKind::Periodic => "periodic",
         ExecutionKind::EventDriven => "eventDriven",

@@ -248,6 +248,7 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
         manager: manager.to_owned(),
         module_digest: None,
         stand_in: None,
+        realtime: None,
         recreate_hash: "h".to_owned(),
     };
     let components = [

@@ -113,6 +113,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 rate: spec.execution_context.rate,
                 on_disconnect: spec.policy.on_disconnect,
                 stand_in: want.placed.stand_in.clone(),
+                realtime: want.placed.realtime(),
             },
             reason: make.reason.clone(),
         });

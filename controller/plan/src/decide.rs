@@ -174,11 +174,15 @@ impl<'a> Decider<'_, 'a> {
             want.placed.module_digest.as_deref(),
             &want.placed.manager,
             component.execution_kind,
+            component.realtime.as_ref().map(|found| &found.asked),
             None,
         ) == component.recreate_hash;
         if same_module {
             let from = component.execution_kind;
-            let reason = format!("execution kind changed from {from:?} to {kind:?}");
+            let reason = match from == kind {
+                true => "the resources of its execution context changed".to_owned(),
+                false => format!("execution kind changed from {from:?} to {kind:?}"),
+            };
             return self.make(want, Make { old, reason });
         }
         let reason = format!("the module file of {} changed", spec.type_name);

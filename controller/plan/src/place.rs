@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rts_schemas::names;
 use rts_schemas::stand_in::{Ends, Shape};
 use rts_schemas::system::{
-    ComponentSpec, ConnectorSpec, ExecutionKind, PortKind, PortRef, SystemSpec,
+    ComponentSpec, ConnectorSpec, ExecutionKind, PortKind, PortRef, Realtime, SystemSpec,
 };
 use sha2::{Digest, Sha256};
 
@@ -290,6 +290,7 @@ fn place_component(
         module_digest.as_deref(),
         &manager,
         component.execution_context.kind,
+        component.resources.realtime().as_ref(),
         stand_in.as_ref(),
     );
     PlacedComponent {
@@ -355,11 +356,16 @@ pub fn recreate_hash(
     module_digest: Option<&str>,
     manager: &str,
     kind: ExecutionKind,
+    realtime: Option<&Realtime>,
     stand_in: Option<&Shape>,
 ) -> String {
-    let text = match stand_in {
-        None => serde_json::json!([type_name, module_digest, manager, kind]),
-        Some(shape) => serde_json::json!([type_name, module_digest, manager, kind, shape]),
+    // What asks for nothing keeps the hash that it had before there was anything to ask for.
+    let text = match (stand_in, realtime) {
+        (None, None) => serde_json::json!([type_name, module_digest, manager, kind]),
+        (None, Some(realtime)) => {
+            serde_json::json!([type_name, module_digest, manager, kind, {"realtime": realtime}])
+        }
+        (Some(shape), _) => serde_json::json!([type_name, module_digest, manager, kind, shape]),
     };
     hex(Sha256::digest(text.to_string()))[..16].to_owned()
 }

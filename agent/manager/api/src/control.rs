@@ -2,6 +2,7 @@
 
 mod failure;
 mod inventory;
+mod realtime;
 mod request;
 mod stand_in;
 
@@ -12,6 +13,7 @@ pub use self::inventory::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, Latency,
     ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TimingInfo,
 };
+pub use self::realtime::{RealtimeInfo, RealtimeRequest};
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use self::stand_in::StandInShape;
 pub use crate::greeting::Greeting;

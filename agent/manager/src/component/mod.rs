@@ -7,6 +7,7 @@ mod instance;
 mod lifecycle;
 mod loans;
 mod loss;
+mod realtime;
 mod run;
 mod spawn;
 mod steps;
@@ -15,11 +16,11 @@ mod timing;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{
-    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
+    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, RealtimeInfo, SystemId,
 };
 use rts_schemas::system::OnDisconnect;
 
@@ -72,6 +73,8 @@ pub struct Component {
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
     timing: Timing,
+    /// What its execution context has of the machine; empty where nothing was asked for.
+    realtime: OnceLock<RealtimeInfo>,
     /// A cycle was asked for, of an event-driven execution context.
     woken: AtomicBool,
     /// Its log.
@@ -329,6 +332,7 @@ impl Component {
             active: status.configuration.active.clone(),
             execution_kind: self.execution.name().to_owned(),
             timing: self.timing.info(),
+            realtime: self.realtime.get().cloned(),
             rate: status.rate,
             executions: self.executions.load(Ordering::Relaxed),
             ports: self.module.port_infos(),

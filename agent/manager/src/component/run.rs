@@ -5,12 +5,12 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::{Failure, FailureCode};
+use rts_manager_api::control::{Failure, FailureCode, RealtimeRequest};
 
 use super::instance::{CallFailed, Instance};
 use super::lifecycle::Transition;
 use super::steps::refusal;
-use super::{Action, Command, Component, Order, State};
+use super::{Action, Command, Component, Order, State, realtime};
 use crate::data::Parting;
 use crate::failure::{failure, invalid};
 use crate::log::Level;
@@ -24,10 +24,12 @@ type Reply = SyncSender<Result<(), Failure>>;
 pub fn run(
     manager: &Manager,
     component: &Arc<Component>,
+    asked: Option<&RealtimeRequest>,
     commands: &Receiver<Order>,
     created: &Reply,
 ) {
-    let mut context = match Context::start(manager, component) {
+    let prepared = realtime::prepare(manager, component, asked);
+    let mut context = match prepared.and_then(|()| Context::start(manager, component)) {
         Ok(context) => context,
         Err(failure) => {
             component.log.write(Level::Error, &failure.message);
@@ -159,7 +161,7 @@ impl<'a> Context<'a> {
                 .transition(Transition::Execute)
                 .and_then(|()| self.transition(Transition::UpdateState));
             let timing = &self.component.timing;
-            timing.execution.add(start.elapsed());
+            timing.ran(start.elapsed());
             if is_periodic {
                 timing.jitter.add(start.saturating_duration_since(planned));
             }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::Instant;
 
@@ -64,6 +64,7 @@ pub fn spawn(
         busy: Mutex::default(),
         executions: AtomicU64::new(0),
         timing: Timing::default(),
+        realtime: OnceLock::new(),
         woken: AtomicBool::new(false),
         log,
         commands,
@@ -87,7 +88,8 @@ pub fn spawn(
         .name(request.instance.clone())
         .spawn({
             let (manager, component) = (Arc::clone(manager), Arc::clone(&component));
-            move || run::run(&manager, &component, &received, &reply)
+            let asked = request.realtime.clone();
+            move || run::run(&manager, &component, asked.as_ref(), &received, &reply)
         });
     if let Err(error) = spawned {
         manager.remove_component(&component);

@@ -126,3 +126,81 @@ fn a_periodic_one_counts_how_late_it_begins_and_how_often_it_is_not_done_in_time
     assert!(timing.execution.median >= 3_000_000, "{timing:?}");
     assert_eq!(timing.jitter.unwrap().count, seen.executions);
 }
+
+/// A request for a Testmod whose execution context is to have this.
+fn with(manager: &Running, instance: &str, asked: RealtimeRequest) -> RequestBody {
+    match driven(manager, instance, "periodic", &[]) {
+        RequestBody::Create(request) => RequestBody::Create(CreateRequest {
+            realtime: Some(asked),
+            ..request
+        }),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Policy and priority of the thread of a component, as the kernel has them.
+fn kernel(manager: &Running, instance: &str) -> (u32, u32) {
+    let tasks = format!("/proc/{}/task", manager.child.id());
+    let tasks = std::fs::read_dir(tasks).unwrap();
+    let mut stats = tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
+    let stat = stats.find(|stat| stat.contains(&format!("({instance})")));
+    let stat = stat.unwrap();
+    let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
+    // The 40th and 41st of proc_pid_stat(5), of which the name is the second.
+    (fields[38].parse().unwrap(), fields[37].parse().unwrap())
+}
+
+#[test]
+fn an_execution_context_is_on_sched_fifo_or_the_machine_says_why_not() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    let asked = RealtimeRequest {
+        priority: Some(7),
+        required: true,
+        ..RealtimeRequest::default()
+    };
+    match client.call(with(&manager, "A", asked.clone()), SOON) {
+        Ok(_) => {
+            let found = component(&mut client, "A").realtime.unwrap();
+            assert_eq!((found.scheduler.as_str(), found.priority), ("SCHED_FIFO", 7));
+            assert_eq!((found.asked, found.denied), (asked, vec![]));
+            assert_eq!(kernel(&manager, "A"), (1, 7));
+        }
+        Err(refused) => {
+            let message = refused.to_string();
+            for said in ["A cannot have SCHED_FIFO priority 7", "start its agent", "required: false"] {
+                assert!(message.contains(said), "{message}");
+            }
+            assert_eq!(inventory(&mut client).components, []);
+        }
+    }
+    // One beside it has nothing of its own.
+    manager.create("B", &[]);
+    assert_eq!(component(&mut client, "B").realtime, None);
+    assert_eq!(kernel(&manager, "B"), (0, 0));
+}
+
+#[test]
+fn a_processor_that_is_not_there_is_refused_or_told() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    let asked = |required| RealtimeRequest {
+        cpus: Some("1023".to_owned()),
+        required,
+        ..RealtimeRequest::default()
+    };
+    let failure = refused(&mut client, with(&manager, "A", asked(true)), SOON);
+    let why = "cannot run on the processors 1023 (resources.cpus): none of them is there";
+    assert!(failure.message.starts_with(&format!("A {why}")), "{failure}");
+    assert_eq!(failure.code, FailureCode::ComponentFailed);
+    assert_eq!(inventory(&mut client).components, []);
+
+    ok(&mut client, with(&manager, "A", asked(false)));
+    ok(&mut client, activate("A"));
+    let found = component(&mut client, "A").realtime.unwrap();
+    assert!(found.denied[0].starts_with(why), "{:?}", found.denied);
+    assert_ne!(found.cpus, "");
+    assert!(manager.log("A").contains(why), "{}", manager.log("A"));
+}

@@ -153,7 +153,7 @@ fn a_system_that_goes_keeps_its_nodes_and_orders_but_nothing_else() {
 
 #[test]
 fn hash_covers_what_cannot_change_in_place() {
-    let hash = |t, d, m, k| recreate_hash(t, d, m, k, None);
+    let hash = |t, d, m, k| recreate_hash(t, d, m, k, None, None);
     let first = hash("T", Some("abc"), "main", ExecutionKind::Periodic);
     assert_eq!(first.len(), 16);
     let others = [
@@ -164,6 +164,27 @@ fn hash_covers_what_cannot_change_in_place() {
         hash("T", Some("abc"), "main", ExecutionKind::Other),
     ];
     assert!(others.iter().all(|other| *other != first));
+    let of = |resources| {
+        let components = json!([{"instance": "A", "type": "T", "resources": resources}]);
+        let placed = place(&[system("s", components)], &nodes(), "local");
+        let part = &placed.desired.nodes["local"].systems[0];
+        part.components[0].recreate_hash.clone()
+    };
+    let none = of(json!({}));
+    assert_eq!(none, of(json!({"memoryLimitBytes": 1_048_576, "required": false})));
+    let asked = [
+        json!({"cpus": "1"}),
+        json!({"cpus": "2"}),
+        json!({"realtimePriority": 1}),
+        json!({"lockMemory": true}),
+        json!({"lockMemory": true, "required": false}),
+    ];
+    let mut hashes: Vec<_> = asked.map(of).into();
+    hashes.push(none);
+    let number = hashes.len();
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), number);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
 use rts_plan::desired::ManagerKey;
 use rts_plan::mark::Mark;
 use rts_plan::observed::{
-    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
+    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved, RealtimeObserved,
 };
 use rts_plan::plan::{Step, Work};
 use tokio::sync::watch;
@@ -184,6 +184,7 @@ fn change(state: &mut State, step: &Step) {
             rate,
             on_disconnect,
             stand_in,
+            realtime,
         } => at(state, &manager).components.push(ComponentObserved {
             instance,
             type_name,
@@ -203,6 +204,10 @@ fn change(state: &mut State, step: &Step) {
             rate: rate.unwrap_or(1000.0),
             executions: 0,
             timing: None,
+            realtime: realtime.map(|asked| RealtimeObserved {
+                asked,
+                ..RealtimeObserved::default()
+            }),
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),
