@@ -90,6 +90,7 @@ impl Agent {
             on_disconnect: None,
             stand_in: None,
             realtime: None,
+            execution_context: None,
         };
         let created = self.create_in(&manager, request, module_file.path).await;
         if created.is_err() && fresh {

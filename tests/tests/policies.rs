@@ -309,13 +309,21 @@ fn what_an_execution_context_has_of_its_node_is_taken_changed_and_shown() {
 
     stack.expect(0, &["apply", &profile(&[("cpus", first)])]);
     let found = realtime();
-    assert_eq!((&found["cpus"], &found["scheduler"]), (&first.into(), &"SCHED_OTHER".into()));
+    assert_eq!(
+        (&found["cpus"], &found["scheduler"]),
+        (&first.into(), &"SCHED_OTHER".into())
+    );
     let before = stack.witness();
 
-    let fifo = profile(&[("cpus", first), ("realtimePriority", "5"), ("required", "false")]);
+    let fifo = profile(&[
+        ("cpus", first),
+        ("realtimePriority", "5"),
+        ("required", "false"),
+    ]);
     let plan = stack.expect(1, &["diff", &fifo]);
     assert!(
-        plan.out.contains("the resources of its execution context changed"),
+        plan.out
+            .contains("the resources of its execution context changed"),
         "{}",
         plan.out
     );
@@ -325,12 +333,24 @@ fn what_an_execution_context_has_of_its_node_is_taken_changed_and_shown() {
     match found["denied"].as_array() {
         None => {
             assert_eq!(found["scheduler"], "SCHED_FIFO");
-            assert!(shown.contains(&format!("SCHED_FIFO 5, processors {first}, memory not locked")), "{shown}");
+            assert!(
+                shown.contains(&format!(
+                    "SCHED_FIFO 5, processors {first}, memory not locked"
+                )),
+                "{shown}"
+            );
         }
-        Some(_) => assert!(shown.contains("cannot have SCHED_FIFO priority 5"), "{shown}"),
+        Some(_) => assert!(
+            shown.contains("cannot have SCHED_FIFO priority 5"),
+            "{shown}"
+        ),
     }
     let (was, is) = (before.of("source"), stack.witness());
-    assert_ne!(was.info.incarnation, is.of("source").info.incarnation, "it is made anew");
+    assert_ne!(
+        was.info.incarnation,
+        is.of("source").info.incarnation,
+        "it is made anew"
+    );
 
     // Nothing is done about one that is as desired.
     stack.expect(0, &["diff", &fifo]);

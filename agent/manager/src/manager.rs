@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{Failure, Hello};
 
-use crate::component::Component;
+use crate::component::{Component, Contexts};
 use crate::data::Parting;
 use crate::data::binding::Bindings;
 use crate::events::Events;
@@ -46,6 +46,8 @@ pub struct Manager {
     pub outgoing: Slots,
     /// Threads for requests.
     pub pool: Pool,
+    /// Execution contexts that components share.
+    pub contexts: Contexts,
     components: Mutex<BTreeMap<String, Arc<Component>>>,
     stopping: AtomicBool,
 }
@@ -71,6 +73,7 @@ impl Manager {
             events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
             pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
+            contexts: Contexts::default(),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
         }

@@ -277,11 +277,11 @@ fn any_thread_wakes_a_component_until_it_has_ended() {
     assert!((1..=4).contains(&woken), "{woken}");
     drop(host);
     let at_drop = AT_DROP.lock().unwrap().take().unwrap();
-    assert!(at_drop.is_ok(), "it still is when it is dropped: {at_drop:?}");
+    assert!(
+        at_drop.is_ok(),
+        "it still is when it is dropped: {at_drop:?}"
+    );
     let late = lent.wake().unwrap_err();
     assert_eq!(late.code(), ReturnCode::PreconditionNotMet);
-    assert_eq!(
-        late.reason(),
-        "the component cannot be woken: it has ended"
-    );
+    assert_eq!(late.reason(), "the component cannot be woken: it has ended");
 }

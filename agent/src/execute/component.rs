@@ -69,6 +69,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 active: set.active,
                 rate,
                 on_disconnect: on_disconnect.map(|wanted| on_disconnect_name(wanted).to_owned()),
+                order: None,
                 by_hand,
             };
             done(verb, &manager, request).await
@@ -176,6 +177,7 @@ fn create_request(
         on_disconnect: None,
         stand_in: None,
         realtime: None,
+        execution_context: None,
     }
 }
 

@@ -24,6 +24,7 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         defaults: Default::default(),
         busy: None,
         execution_kind: "periodic".to_owned(),
+        execution_context: None,
         rate: 1.0,
         executions: 0,
         timing: None,

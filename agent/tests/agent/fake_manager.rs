@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex};
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest, Failure,
-    FailureCode, FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, RealtimeInfo,
-    Request, RequestBody, Response, ResponseBody, SystemId,
+    FailureCode, FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo,
+    RealtimeInfo, Request, RequestBody, Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_manager_api::frame;
@@ -443,6 +443,7 @@ fn component(request: CreateRequest) -> ComponentInfo {
             "" => "eventDriven".to_owned(),
             kind => kind.to_owned(),
         },
+        execution_context: None,
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,

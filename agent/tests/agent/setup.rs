@@ -248,7 +248,6 @@ pub fn hello_spec(generation: u64) -> NodeSpecEnvelope {
         manager: manager.to_owned(),
         module_digest: None,
         stand_in: None,
-        realtime: None,
         recreate_hash: "h".to_owned(),
     };
     let components = [
@@ -334,6 +333,7 @@ pub fn create(id: StepId, needs: &[StepId], at: &str, instance: &str, type_name:
         rate: Some(100.0),
         on_disconnect: Default::default(),
         stand_in: None,
+        realtime: None,
     };
     step(id, needs, &format!("component/{instance}"), work)
 }

@@ -160,14 +160,18 @@ fn components(items: &[Component], look: Look) -> Table {
         }),
         Column("REACHED", Wide, |c| timing(c, reached)),
         Column("EXECUTIONS", Wide, |c| c.status.executions.to_string()),
-        Column("EXEC-P99", Wide, |c| timing(c, |t| short_time(t.execution.p99))),
+        Column("EXEC-P99", Wide, |c| {
+            timing(c, |t| short_time(t.execution.p99))
+        }),
         Column("JITTER-P99", Wide, |c| {
             timing(c, |t| periodic(t, |jitter| short_time(jitter.p99)))
         }),
         Column("OVERRUNS", Wide, |c| {
             timing(c, |t| periodic(t, |_| t.overruns.to_string()))
         }),
-        Column("SCHEDULER", Wide, |c| c.status.realtime.as_ref().map_or(String::new(), scheduler)),
+        Column("SCHEDULER", Wide, |c| {
+            c.status.realtime.as_ref().map_or(String::new(), scheduler)
+        }),
         Column("REASON", Wide, |c| {
             let status = &c.status;
             let reason = status.waiting_on.as_ref().or(status.message.as_ref());

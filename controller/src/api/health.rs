@@ -117,11 +117,7 @@ pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse 
             "Nodes by state.",
             nodes.map(|n| n.status.state),
         ),
-        Gauge::by_state(
-            "rtsctl_components",
-            "Components by state.",
-            states,
-        ),
+        Gauge::by_state("rtsctl_components", "Components by state.", states),
     ]);
     let page = page + &components::families(&all);
     let page = page + &connectors::families(&view.list::<Connector>().items);

@@ -80,6 +80,7 @@ impl Component {
             }),
             on_disconnect: Some(self.on_disconnect.clone()),
             execution_kind: "periodic".to_owned(),
+            execution_context: None,
             rate: self.rate,
             executions: self.executions as u64,
             timing: None,

@@ -39,6 +39,7 @@ pub(super) async fn handle(
             rate,
             on_disconnect,
             by_hand,
+            order: _,
         } => {
             let action = Action::Configure {
                 sets,

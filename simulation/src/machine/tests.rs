@@ -269,6 +269,7 @@ fn create_with(instance: &str, on_disconnect: Option<&str>) -> RequestBody {
         on_disconnect: on_disconnect.map(str::to_owned),
         stand_in: None,
         realtime: None,
+        execution_context: None,
     })
 }
 

@@ -10,11 +10,14 @@ use serde::{Deserialize, Serialize};
 
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, Latency,
-    ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TimingInfo,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
+    ExecutionContextInfo, Latency, ManagerInventory, ModuleInfo, ParameterFacts, PortInfo,
+    TimingInfo,
 };
 pub use self::realtime::{RealtimeInfo, RealtimeRequest};
-pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
+pub use self::request::{
+    Binding, ConnectRequest, CreateRequest, ExecutionContextRequest, Request, RequestBody,
+};
 pub use self::stand_in::StandInShape;
 pub use crate::greeting::Greeting;
 

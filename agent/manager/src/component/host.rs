@@ -199,7 +199,7 @@ unsafe extern "C" fn now(_context: *mut c_void, clock: u32) -> i64 {
 
 unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
     // SAFETY: as for `log`.
-    unsafe { guarded(context, 0.0, |context| lock(&context.component.status).rate) }
+    unsafe { guarded(context, 0.0, |context| context.component.context.rate()) }
 }
 
 unsafe extern "C" fn wake(context: *mut c_void) -> i32 {

@@ -14,7 +14,7 @@ use rts_manager_api::control::{Failure, FailureCode, RealtimeInfo, RealtimeReque
 use rts_schemas::placement::Cpus;
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall};
-use rustix::process::{Resource, getrlimit};
+use rustix::process::{Resource, getpid, getrlimit};
 use rustix::thread::{
     CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity,
     set_current_timer_slack,
@@ -32,41 +32,74 @@ const STACK: usize = 256 * 1024;
 /// The memory of this process is locked: once, and until it ends.
 static LOCKED: AtomicBool = AtomicBool::new(false);
 
-/// Makes the calling thread the one of a component's execution context. Refuses what is required and not permitted; what is
-/// not required is told.
-pub fn prepare(
+/// Lets the calling thread, which runs an execution context, have what a component asks for that joins it. Refuses what
+/// is required and not permitted; what is not required is told.
+pub fn join<'a>(
     manager: &Manager,
     component: &Component,
-    asked: Option<&RealtimeRequest>,
+    asked: &RealtimeRequest,
+    others: impl Iterator<Item = &'a Component>,
 ) -> Result<(), Failure> {
-    wake_in_time();
-    let Some(asked) = asked else {
-        return Ok(());
+    let mut before = others.filter_map(|other| Some((other, other.realtime.get()?)));
+    let before = before.next();
+    let taken = match before {
+        None => take(asked),
+        Some((other, found)) => shared(asked, &other.identity.instance, found),
     };
-    let taken = take(asked);
     let denied = taken.denied.join("; ");
-    // Only this thread sets it, and only once.
-    let _ = component.realtime.set(taken);
-    if denied.is_empty() {
-        return Ok(());
-    }
-    if asked.required {
+    if asked.required && !denied.is_empty() {
+        if before.is_none() {
+            take(&RealtimeRequest::default());
+        }
         let name = &component.identity.instance;
         let message = format!(
             "{name} {denied}; with `resources: {{required: false}}` it runs without what is not permitted"
         );
         return Err(failure(FailureCode::ComponentFailed, message));
     }
-    component.log.write(Level::Warn, &denied);
-    manager.events.told(component.target(), DENIED, denied);
+    // Only this thread sets it, and only once.
+    let _ = component.realtime.set(taken);
+    if !denied.is_empty() {
+        component.log.write(Level::Warn, &denied);
+        manager.events.told(component.target(), DENIED, denied);
+    }
     Ok(())
 }
 
-/// Takes what is asked for, for the calling thread, and says what it has then.
+/// What a component gets whose execution context has what another one asked for: the same.
+fn shared(asked: &RealtimeRequest, other: &str, found: &RealtimeInfo) -> RealtimeInfo {
+    let what = |of: &RealtimeRequest| (of.cpus.clone(), of.priority, of.lock_memory);
+    let mut denied = found.denied.clone();
+    if what(asked) != what(&found.asked) {
+        denied.push(format!(
+            "cannot have resources of its own on an execution context that {other} shares; say the same `resources` for both"
+        ));
+    }
+    RealtimeInfo {
+        asked: asked.clone(),
+        denied,
+        ..found.clone()
+    }
+}
+
+/// Takes what is asked for, for the calling thread, and says what it has then. What is not asked for is as in every other
+/// thread, but that memory stays locked.
 fn take(asked: &RealtimeRequest) -> RealtimeInfo {
     let memory = asked.lock_memory.then(lock_memory);
-    let cpus = asked.cpus.as_deref().map(bind);
-    let priority = asked.priority.map(schedule);
+    let cpus = match &asked.cpus {
+        Some(cpus) => Some(bind(cpus)),
+        None => {
+            unbind();
+            None
+        }
+    };
+    let priority = match asked.priority {
+        Some(priority) => Some(schedule(priority)),
+        None => {
+            unschedule();
+            None
+        }
+    };
     if asked.priority.is_some() {
         prefault();
     }
@@ -78,13 +111,17 @@ fn take(asked: &RealtimeRequest) -> RealtimeInfo {
         priority,
         cpus: processors().map_or(String::new(), |cpus| cpus.0),
         memory_locked: LOCKED.load(Ordering::Acquire),
-        denied: taken.into_iter().flatten().filter_map(Result::err).collect(),
+        denied: taken
+            .into_iter()
+            .flatten()
+            .filter_map(Result::err)
+            .collect(),
     }
 }
 
 /// Lets the calling thread wake up when it wants to, and not up to 50 µs later to save power. One on SCHED_FIFO does so
 /// anyway.
-fn wake_in_time() {
+pub fn wake_in_time() {
     // Without it only jitter grows.
     let _ = set_current_timer_slack(NonZeroU64::new(1));
 }
@@ -118,6 +155,14 @@ fn bind(asked: &str) -> Result<(), String> {
          the cpuset of the agent's control group have",
         wanted.0
     ))
+}
+
+/// Lets it run where the first thread of the process does.
+fn unbind() {
+    if let Ok(set) = sched_getaffinity(Some(getpid())) {
+        // Only its own limits can forbid it, and then it stays within them.
+        let _ = sched_setaffinity(None, &set);
+    }
 }
 
 /// The processors that it may run on.
@@ -159,6 +204,18 @@ fn schedule(priority: u8) -> Result<(), String> {
     Err(format!(
         "cannot have SCHED_FIFO priority {priority} (resources.realtimePriority): {error}: {why}"
     ))
+}
+
+/// Takes it from SCHED_FIFO, which everyone may.
+fn unschedule() {
+    if scheduling().0 != "SCHED_FIFO" {
+        return;
+    }
+    let parameters = libc::sched_param { sched_priority: 0 };
+    // That its children are as usual stays said: only a privileged thread may take that back.
+    let policy = libc::SCHED_OTHER | libc::SCHED_RESET_ON_FORK;
+    // SAFETY: 0 is the calling thread, and `parameters` is valid during the call.
+    unsafe { libc::sched_setscheduler(0, policy, &raw const parameters) };
 }
 
 /// How it is scheduled, and its priority.
@@ -267,8 +324,14 @@ mod tests {
         let all = processors().unwrap();
         let first = all.numbers().next().unwrap();
         for (cpus, why) in [
-            (format!("{first},1023"), format!("of them there are only {first};")),
-            ("1023".to_owned(), format!("none of them is there, but {};", all.0)),
+            (
+                format!("{first},1023"),
+                format!("of them there are only {first};"),
+            ),
+            (
+                "1023".to_owned(),
+                format!("none of them is there, but {};", all.0),
+            ),
         ] {
             let found = taken(asked(Some(&cpus), None, false));
             assert_eq!(found.cpus, all.0);
@@ -279,7 +342,10 @@ mod tests {
     #[test]
     fn what_is_not_permitted_names_the_limit() {
         let found = forbidden(asked(None, Some(50), true));
-        assert_eq!((found.scheduler.as_str(), found.priority), ("SCHED_OTHER", 0));
+        assert_eq!(
+            (found.scheduler.as_str(), found.priority),
+            ("SCHED_OTHER", 0)
+        );
         insta::assert_snapshot!(found.denied.join("\n"));
     }
 
@@ -287,14 +353,27 @@ mod tests {
     #[test]
     fn fifo_and_locked_memory_are_reached_or_refused() {
         let found = taken(asked(None, Some(7), true));
-        match found.denied.iter().find(|why| why.contains("SCHED_FIFO priority 7")) {
-            None => assert_eq!((found.scheduler.as_str(), found.priority), ("SCHED_FIFO", 7)),
+        match found
+            .denied
+            .iter()
+            .find(|why| why.contains("SCHED_FIFO priority 7"))
+        {
+            None => assert_eq!(
+                (found.scheduler.as_str(), found.priority),
+                ("SCHED_FIFO", 7)
+            ),
             Some(why) => {
                 assert_eq!(found.priority, 0);
-                assert!(why.contains("RLIMIT_RTPRIO") || why.contains("control group"), "{why}");
+                assert!(
+                    why.contains("RLIMIT_RTPRIO") || why.contains("control group"),
+                    "{why}"
+                );
             }
         }
-        let refused = found.denied.iter().any(|why| why.contains("lock the memory"));
+        let refused = found
+            .denied
+            .iter()
+            .any(|why| why.contains("lock the memory"));
         assert_eq!(found.memory_locked, !refused);
     }
 }

@@ -125,6 +125,7 @@ impl Running {
             on_disconnect: None,
             stand_in: None,
             realtime: None,
+            execution_context: None,
         })
     }
 
@@ -272,6 +273,7 @@ pub fn configure(instance: &str, parameters: &[(&str, &str)]) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: None,
+        order: None,
         by_hand: None,
     }
 }
@@ -284,6 +286,7 @@ pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: Some(policy.to_owned()),
+        order: None,
         by_hand: None,
     }
 }

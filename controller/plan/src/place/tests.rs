@@ -171,7 +171,10 @@ fn hash_covers_what_cannot_change_in_place() {
         part.components[0].recreate_hash.clone()
     };
     let none = of(json!({}));
-    assert_eq!(none, of(json!({"memoryLimitBytes": 1_048_576, "required": false})));
+    assert_eq!(
+        none,
+        of(json!({"memoryLimitBytes": 1_048_576, "required": false}))
+    );
     let asked = [
         json!({"cpus": "1"}),
         json!({"cpus": "2"}),

@@ -9,7 +9,8 @@ use rts_agent_api::messages::{Batch, BatchEvent, StepOutcome};
 use rts_plan::desired::ManagerKey;
 use rts_plan::mark::Mark;
 use rts_plan::observed::{
-    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved, RealtimeObserved,
+    ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
+    RealtimeObserved,
 };
 use rts_plan::plan::{Step, Work};
 use tokio::sync::watch;

@@ -127,6 +127,9 @@ pub struct ComponentInfo {
     pub on_disconnect: Option<String>,
     /// `periodic`, `eventDriven` or `other`.
     pub execution_kind: String,
+    /// The execution context that it shares; none for its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<ExecutionContextInfo>,
     /// Rate in Hz.
     pub rate: f64,
     /// `on_execute` calls.
@@ -146,6 +149,18 @@ pub struct ComponentInfo {
     /// What a person changed since the plan last did; none from a manager that does not keep it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_hand: Option<ByHandInfo>,
+}
+
+/// An execution context that components share, at one of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ExecutionContextInfo {
+    /// Its name.
+    pub name: String,
+    /// Place of this component.
+    pub order: i32,
+    /// All of them, in the order in which they run.
+    pub members: Vec<String>,
 }
 
 /// What a person changed in a component: marks, opaque here, as the requests brought them.

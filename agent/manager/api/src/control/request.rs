@@ -54,6 +54,9 @@ pub enum RequestBody {
         /// `keep`, `deactivate` or `stop` when a peer is lost; none leaves it. Since version 2.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on_disconnect: Option<String>,
+        /// New place in the order of a shared execution context; none leaves it. Since version 2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        order: Option<i32>,
         /// Done by a person: the mark to keep and report ([`ByHandInfo`]). None: by the plan, which ends the mark.
         ///
         /// [`ByHandInfo`]: super::ByHandInfo
@@ -138,10 +141,12 @@ impl RequestBody {
         match &mut self {
             Self::Configure {
                 on_disconnect,
+                order,
                 by_hand,
                 ..
             } => {
                 *on_disconnect = None;
+                *order = None;
                 *by_hand = None;
             }
             Self::Create(CreateRequest {
@@ -200,6 +205,20 @@ pub struct CreateRequest {
     /// What its execution context is to have of the machine; none for nothing of its own. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realtime: Option<RealtimeRequest>,
+    /// The execution context that it shares with others; none for one of its own. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<ExecutionContextRequest>,
+}
+
+/// An execution context that components of one manager share.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ExecutionContextRequest {
+    /// Its name.
+    pub name: String,
+    /// Place among its components: lower numbers run first, those with the same by name.
+    #[serde(default)]
+    pub order: i32,
 }
 
 /// An in-port end that waits for its connector.
@@ -253,11 +272,12 @@ mod tests {
             active: None,
             rate: None,
             on_disconnect: Some("stop".to_owned()),
+            order: Some(3),
             by_hand: Some("mark".to_owned()),
         };
         let text =
             |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
-        assert!(text(2).contains(r#""onDisconnect":"stop","byHand":"mark""#));
+        assert!(text(2).contains(r#""onDisconnect":"stop","order":3,"byHand":"mark""#));
         assert!(!text(1).contains("onDisconnect") && !text(1).contains("byHand"));
     }
 }

@@ -11,9 +11,9 @@ use anyhow::{Result, anyhow};
 use rustix::thread::{ClockId, clock_nanosleep_absolute, set_current_timer_slack};
 use rustix::time::{Timespec, clock_gettime};
 
+use super::RATE;
 use super::load::bind;
 use super::series::{Durations, Measured, Timing};
-use super::RATE;
 
 /// Nanoseconds of a second.
 const SECOND: u64 = 1_000_000_000;

@@ -14,7 +14,9 @@ const MEMORY: usize = 64 * 1024 * 1024;
 /// Processors that this program may run on.
 pub fn processors() -> Result<Vec<usize>> {
     let set = sched_getaffinity(None)?;
-    Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
+    Ok((0..CpuSet::MAX_CPU)
+        .filter(|cpu| set.is_set(*cpu))
+        .collect())
 }
 
 /// Binds the calling thread to a processor.

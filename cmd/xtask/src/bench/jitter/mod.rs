@@ -78,7 +78,8 @@ pub fn run(args: &Args) -> Result<()> {
     std::fs::write(&svg, picture::render(&rows, args.seconds))
         .with_context(|| format!("cannot write {}", svg.display()))?;
     if args.json {
-        let all = json!({"rate": RATE, "cpu": cpu, "load": others, "rows": rows, "refused": refused});
+        let all =
+            json!({"rate": RATE, "cpu": cpu, "load": others, "rows": rows, "refused": refused});
         println!("{}", serde_json::to_string_pretty(&all)?);
         return Ok(());
     }

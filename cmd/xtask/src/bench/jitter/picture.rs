@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::series::Row;
 use super::RATE;
+use super::series::Row;
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 440.0;
@@ -120,7 +120,8 @@ fn outline(row: &Row, scale: &Scale) -> String {
         let below = 1_u64 << (power + 1);
         let buckets = row.jitter.buckets.iter();
         // What is left of the plot is in its first step.
-        let here = buckets.filter(|(end, _)| *end == below || (power == scale.first && *end < below));
+        let here =
+            buckets.filter(|(end, _)| *end == below || (power == scale.first && *end < below));
         let count: u64 = here.map(|(_, count)| count).sum();
         let y = match count {
             0 => PLOT.3,

@@ -55,11 +55,16 @@ impl Durations {
         all.sort_unstable();
         let at = |share: f64| {
             let last = all.len().saturating_sub(1) as f64;
-            all.get((last * share) as usize).copied().unwrap_or_default()
+            all.get((last * share) as usize)
+                .copied()
+                .unwrap_or_default()
         };
         let (median, p99, p999, max) = (at(0.5), at(0.99), at(0.999), at(1.0));
         let mut buckets: Vec<(u64, u64)> = Vec::new();
-        for below in all.iter().map(|ns| (ns | 1).saturating_add(1).next_power_of_two()) {
+        for below in all
+            .iter()
+            .map(|ns| (ns | 1).saturating_add(1).next_power_of_two())
+        {
             match buckets.last_mut() {
                 Some((last, count)) if *last == below => *count += 1,
                 _ => buckets.push((below, 1)),
@@ -135,9 +140,13 @@ pub fn measure(
 
 /// The status with times, of an object or in a list of them.
 fn find(value: &Value) -> Option<&Value> {
-    let objects = value["items"].as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
+    let objects = value["items"]
+        .as_array()
+        .map_or(std::slice::from_ref(value), Vec::as_slice);
     let status = objects.iter().map(|object| &object["status"]);
-    status.into_iter().find(|status| status["timing"].is_object())
+    status
+        .into_iter()
+        .find(|status| status["timing"].is_object())
 }
 
 fn profile() -> String {
