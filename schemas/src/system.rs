@@ -165,6 +165,17 @@ pub struct ExecutionContextSpec {
     /// Rate in Hz, from [`MIN_RATE`] to [`MAX_RATE`]; `None` leaves the module's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// Name of the one that it shares with other components of its manager (`rtsctl.executionContext.name`); none for one of
+    /// its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Place among the components of a shared one: lower numbers run first, those with the same by name
+    /// (`rtsctl.executionContext.order`).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub order: i32,
+    /// The composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 impl Default for ExecutionContextSpec {
@@ -173,8 +184,37 @@ impl Default for ExecutionContextSpec {
             id: zero(),
             kind: ExecutionKind::default(),
             rate: None,
+            name: None,
+            order: 0,
+            shared_state: None,
         }
     }
+}
+
+impl ExecutionContextSpec {
+    /// The one that it shares with others, as a plan tells it; none for one of its own.
+    pub fn shared(&self) -> Option<SharedExecutionContext> {
+        let name = self.name.clone()?;
+        Some(SharedExecutionContext {
+            name,
+            order: self.order,
+            shared_state: self.shared_state.clone(),
+        })
+    }
+}
+
+/// An execution context that components of one manager share, at one of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SharedExecutionContext {
+    /// Its name.
+    pub name: String,
+    /// Place among its components: lower numbers run first, those with the same by name.
+    #[serde(default)]
+    pub order: i32,
+    /// The composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 /// `ExecutionKind` of OMG RTC 1.0.
@@ -188,6 +228,17 @@ pub enum ExecutionKind {
     EventDriven,
     /// Anything else, such as a simulator that ticks it.
     Other,
+}
+
+impl ExecutionKind {
+    /// As overlays and the control protocol write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Periodic => "periodic",
+            Self::EventDriven => "eventDriven",
+            Self::Other => "other",
+        }
+    }
 }
 
 /// Where a component runs. Everything is optional: see "Placement" in the architecture.
@@ -674,6 +725,14 @@ pub enum SendingTiming {
 
 fn yes() -> bool {
     true
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(number: &i32) -> bool {
+    *number == 0
 }
 
 fn zero() -> String {

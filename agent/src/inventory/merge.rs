@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rts_manager_api::control::{
     self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
-    ManagerInventory, PortInfo, RealtimeInfo, SystemId, TimingInfo,
+    ExecutionContextInfo, ManagerInventory, PortInfo, RealtimeInfo, SystemId, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
@@ -15,6 +15,7 @@ use rts_plan::observed::{
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
+    SharedExecutionContext,
 };
 
 use super::hang;
@@ -121,7 +122,9 @@ fn manager(view: View, arrivals: &Arrivals, policies: &Policies) -> ManagerObser
 }
 
 fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> ComponentObserved {
-    let hangs = hang::hangs(policies, &info).map(hangs);
+    let hangs = hang::hangs(policies, &info);
+    let hangs =
+        hangs.map(|busy| self::hangs(busy, &info.instance, info.execution_context.as_ref()));
     let mut connectors: Vec<_> = info
         .connectors
         .into_iter()
@@ -148,6 +151,8 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         hangs,
         on_disconnect: on_disconnect(info.on_disconnect.as_deref()),
         execution_kind: execution_kind(&info.execution_kind),
+        runs_with: runs_with(info.execution_context.as_ref()),
+        execution_context: info.execution_context.map(shared),
         rate: info.rate,
         executions: info.executions,
         timing: info.timing.map(timing),
@@ -206,12 +211,18 @@ fn by_hand(info: ByHandInfo) -> ByHand {
 }
 
 /// Says since when a callback has not returned.
-fn hangs(busy: &Busy) -> String {
-    format!(
-        "has been in {} for {} s",
-        busy.callback,
-        busy.milliseconds / 1000
-    )
+fn hangs(busy: &Busy, instance: &str, shared: Option<&ExecutionContextInfo>) -> String {
+    let held_up = shared.map_or(String::new(), |shared| {
+        let others = shared.members.iter().map(String::as_str);
+        let others: Vec<&str> = others.filter(|other| *other != instance).collect();
+        let with = match others.is_empty() {
+            true => String::new(),
+            false => format!(" with {}", others.join(", ")),
+        };
+        format!(" and holds up execution context {}{with}", shared.name)
+    });
+    let (callback, seconds) = (&busy.callback, busy.milliseconds / 1000);
+    format!("has been in {callback}{held_up} for {seconds} s")
 }
 
 fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> ConnectorObserved {
@@ -321,6 +332,18 @@ fn execution_kind(text: &str) -> ExecutionKind {
         "periodic" => ExecutionKind::Periodic,
         "eventDriven" => ExecutionKind::EventDriven,
         _ => ExecutionKind::Other,
+    }
+}
+
+fn runs_with(shared: Option<&ExecutionContextInfo>) -> Vec<String> {
+    shared.map_or(Vec::new(), |shared| shared.members.clone())
+}
+
+fn shared(info: ExecutionContextInfo) -> SharedExecutionContext {
+    SharedExecutionContext {
+        name: info.name,
+        order: info.order,
+        shared_state: info.shared_state,
     }
 }
 

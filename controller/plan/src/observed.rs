@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
+    SharedExecutionContext,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -152,6 +153,12 @@ pub struct ComponentObserved {
     pub on_disconnect: OnDisconnect,
     /// Kind of its execution context.
     pub execution_kind: ExecutionKind,
+    /// The execution context that it shares; none for its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<SharedExecutionContext>,
+    /// All components of the one that it shares, in the order in which they run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs_with: Vec<String>,
     /// Rate of its execution context in Hz.
     pub rate: f64,
     /// `on_execute` calls since creation. A counter: raises no revision.

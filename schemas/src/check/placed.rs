@@ -115,7 +115,7 @@ impl Lost<'_> {
 
 /// Of a component: its node and its process there. Nobody knows yet which node a component without one goes to; those
 /// go to one.
-fn process(spec: &ComponentSpec) -> (Option<&str>, &str, bool) {
+pub(super) fn process(spec: &ComponentSpec) -> (Option<&str>, &str, bool) {
     let placement = &spec.placement;
     let node = placement.node.as_deref().or(placement.host.as_deref());
     match (&placement.manager, placement.isolated) {
@@ -174,7 +174,7 @@ fn is_lowered(connector: &Connector) -> bool {
     })
 }
 
-fn place(spec: &ComponentSpec) -> String {
+pub(super) fn place(spec: &ComponentSpec) -> String {
     let (node, manager, isolated) = process(spec);
     let process = match isolated {
         true => "in a process of its own".to_owned(),

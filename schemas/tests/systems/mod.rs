@@ -185,11 +185,16 @@ fn execution_context() -> impl Strategy<Value = ExecutionContextSpec> {
         select(vec!["0", "1", "Comp1Ec1"]),
         select(kinds),
         option::of(rate),
+        option::of(select(vec!["control", "slow.loop"])),
+        select(vec![0, -3, 10]),
     )
-        .prop_map(|(id, kind, rate)| ExecutionContextSpec {
+        .prop_map(|(id, kind, rate, name, order)| ExecutionContextSpec {
             id: id.to_owned(),
             kind,
             rate,
+            name: name.map(str::to_owned),
+            order,
+            shared_state: None,
         })
 }
 

@@ -131,6 +131,7 @@ fn component(
         busy: None,
         turn: Default::default(),
         lost: false,
+        shared: request.execution_context,
         executions: 0.0,
         connectors: BTreeMap::new(),
     })

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use rts_agent::launch::Exit;
 use rts_manager_api::control::{
-    Binding, ByHandInfo, Changed, ConnectRequest, FromManager, Hello, PortInfo, RealtimeInfo,
-    SystemId,
+    Binding, ByHandInfo, Changed, ConnectRequest, ExecutionContextRequest, FromManager, Hello,
+    PortInfo, RealtimeInfo, SystemId,
 };
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::ManagerKey;
@@ -143,6 +143,8 @@ pub(super) struct Component {
     pub turn: Arc<tokio::sync::Mutex<()>>,
     /// A peer was lost, and it did not act on that yet.
     pub lost: bool,
+    /// The execution context that it shares.
+    pub shared: Option<Box<ExecutionContextRequest>>,
     pub executions: f64,
     pub connectors: BTreeMap<String, Connector>,
 }

@@ -309,6 +309,7 @@ fn connect(connector: &str, from: &str, to: &str, incarnation: &str) -> ConnectR
         target_instance: to.to_owned(),
         target_port: "in".to_owned(),
         target_socket: None,
+        between_nodes: false,
         target_incarnation: incarnation.to_owned(),
         properties: Default::default(),
         by_hand: None,

@@ -15,7 +15,7 @@ pub enum Greeting {
         version: u32,
     },
     /// The out-port end of a connector.
-    Data(crate::data::DataHello),
+    Data(Box<crate::data::DataHello>),
 }
 
 /// A greeting as it travels. A manager of version 1 knows `version` alone, and serves its own one only, so that is the
@@ -36,7 +36,7 @@ enum WireGreeting {
         newest: Option<u32>,
     },
     /// The out-port end of a connector.
-    Data(crate::data::DataHello),
+    Data(Box<crate::data::DataHello>),
 }
 
 impl From<Greeting> for WireGreeting {

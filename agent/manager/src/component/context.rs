@@ -245,6 +245,7 @@ impl ExecutionContext {
         Some(ExecutionContextInfo {
             name,
             order: own.map_or(0, |seat| seat.number),
+            shared_state: component.identity.shared_state.clone(),
             members: members
                 .iter()
                 .map(|seat| seat.instance().to_owned())

@@ -62,6 +62,8 @@ pub struct Identity {
     pub restarts: u32,
     /// Wall-clock creation, RFC 3339.
     pub created: String,
+    /// Name of the composite whose members share their state with it.
+    pub shared_state: Option<String>,
 }
 
 /// A component.

@@ -48,7 +48,7 @@ pub fn spawn(
         said: request.rate,
         default: module.default_rate,
     };
-    let shared = request.execution_context.as_ref();
+    let shared = request.execution_context.as_deref();
     let (component, orders) = manager
         .contexts
         .seat(shared, execution, wanted, |context| Component {
@@ -172,6 +172,10 @@ fn identity(request: &CreateRequest) -> Identity {
         recreate_hash: request.recreate_hash.clone(),
         restarts: request.restarts,
         created: format!("{:.3}", Timestamp::now()),
+        shared_state: request
+            .execution_context
+            .as_ref()
+            .and_then(|shared| shared.shared_state.clone()),
     }
 }
 

@@ -87,6 +87,8 @@ impl Histogram {
                 seen += count;
                 seen >= wanted
             });
+            // The last doubling has all that is longer, too.
+            let found = found.filter(|index| index / PARTS + 1 < DOUBLINGS);
             found.map_or(most, |index| end(index).min(most))
         };
         let doublings = counts.chunks(PARTS).map(|parts| parts.iter().sum::<u64>());

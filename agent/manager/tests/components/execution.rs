@@ -144,10 +144,11 @@ fn shared(
         panic!()
     };
     CreateRequest {
-        execution_context: Some(ExecutionContextRequest {
+        execution_context: Some(Box::new(ExecutionContextRequest {
             name: "control".to_owned(),
             order,
-        }),
+            shared_state: None,
+        })),
         ..request
     }
 }
@@ -177,7 +178,9 @@ fn delete(instance: &str) -> RequestBody {
 }
 
 fn members(client: &mut Client, instance: &str) -> String {
-    let shared = component(client, instance).execution_context.unwrap();
+    let Some(shared) = component(client, instance).execution_context else {
+        panic!("{instance} shares none")
+    };
     assert_eq!(shared.name, "control");
     shared.members.join(" ")
 }

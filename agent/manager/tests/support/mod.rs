@@ -222,6 +222,7 @@ pub fn connection(
         target_port: "in".to_owned(),
         target_socket: socket.map(|path| path.display().to_string()),
         target_incarnation: incarnation.to_owned(),
+        between_nodes: false,
         properties: BTreeMap::from([("k".to_owned(), "v".to_owned())]),
         by_hand: None,
     }

@@ -7,6 +7,7 @@ mod jitter;
 mod launch;
 mod plan;
 mod read;
+mod ssh;
 mod stack;
 mod stats;
 
@@ -51,7 +52,7 @@ impl Common {
 
 #[derive(Debug, Subcommand)]
 enum Bench {
-    /// Time to launch components, beside its floors.
+    /// Time to launch components, by our agent and by SSH, beside its floors.
     Launch(launch::Args),
     /// Time from the death of a process until its component is Active and connected again.
     Heal(heal::Args),

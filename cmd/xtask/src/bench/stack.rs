@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
@@ -34,6 +35,13 @@ impl Stack {
     /// Ends it.
     pub fn stop(self) -> Result<()> {
         self.rtsctl(&["down", "--yes"])
+    }
+
+    /// The time of an `rtsctl`, which must succeed.
+    pub fn timed(&self, arguments: &[&str]) -> Result<Duration> {
+        let start = Instant::now();
+        self.rtsctl(arguments)?;
+        Ok(start.elapsed())
     }
 
     /// Runs `rtsctl`, which must succeed.

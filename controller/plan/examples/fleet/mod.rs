@@ -237,6 +237,8 @@ fn live(
         hangs: None,
         on_disconnect: spec.policy.on_disconnect,
         execution_kind: ExecutionKind::Periodic,
+        execution_context: None,
+        runs_with: Vec::new(),
         rate: spec.execution_context.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,

@@ -24,6 +24,7 @@ pub(super) fn wanted(want: &Want<'_>) -> Vec<FieldChange> {
         configuration: &spec.configuration,
         execution_kind: spec.execution_context.kind,
         rate: spec.execution_context.rate,
+        execution_context: spec.execution_context.shared().as_ref(),
         on_disconnect: spec.policy.on_disconnect,
         stand_in: want.placed.stand_in.is_some(),
         realtime: want.placed.realtime(),

@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_schemas::system::{Configuration, ConnectorSpec, ExecutionKind, OnDisconnect, Realtime};
+use rts_schemas::system::{
+    Configuration, ConnectorSpec, ExecutionKind, OnDisconnect, Realtime, SharedExecutionContext,
+};
 
 use crate::plan::{Action, Change, FieldChange, Plan, Step, Work};
 
 /// The changes with the fields of what is added too, as far as there are steps for it: of a component `type`, `node`,
-/// `manager`, `rate`, `executionKind`, `onDisconnect` and `configuration.…`, of a connector `dataType` and
+/// `manager`, `rate`, `executionKind`, `executionContext`, `onDisconnect` and `configuration.…`, of a connector `dataType` and
 /// `properties.…`, of a process `node`. All new; what is left to a default is not among them.
 pub fn details(plan: &Plan) -> Vec<Change> {
     let adds = plan.changes.iter().filter(|c| is_bare(c));
@@ -57,6 +59,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
             realtime,
@@ -68,6 +71,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             configuration,
             execution_kind: *execution_kind,
             rate: *rate,
+            execution_context: execution_context.as_ref(),
             on_disconnect: *on_disconnect,
             stand_in: stand_in.is_some(),
             realtime: realtime.clone(),
@@ -85,6 +89,7 @@ pub(crate) struct Made<'a> {
     pub configuration: &'a Configuration,
     pub execution_kind: ExecutionKind,
     pub rate: Option<f64>,
+    pub execution_context: Option<&'a SharedExecutionContext>,
     pub on_disconnect: OnDisconnect,
     pub stand_in: bool,
     pub realtime: Option<Realtime>,
@@ -105,6 +110,10 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
     }
     if let Some(rate) = made.rate {
         fields.push(added("rate", rate.to_string()));
+    }
+    if let Some(shared) = made.execution_context {
+        fields.push(added("executionContext", &shared.name));
+        fields.push(added("executionContext.order", shared.order.to_string()));
     }
     if made.on_disconnect != OnDisconnect::Keep {
         fields.push(added("onDisconnect", made.on_disconnect.as_str()));

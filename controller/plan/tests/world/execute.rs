@@ -163,6 +163,7 @@ impl World {
                 configuration,
                 rate,
                 on_disconnect,
+                order,
             } => {
                 let component = self.find(node, manager, instance)?;
                 if let Some(on_disconnect) = on_disconnect {
@@ -185,6 +186,9 @@ impl World {
                         .clone_from(&configuration.active);
                 }
                 component.rate = rate.unwrap_or(component.rate);
+                if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                    shared.order = *order;
+                }
                 Ok(())
             }
             Work::Connect { connector } => self.connect(step, node, connector),
@@ -270,6 +274,7 @@ impl World {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
             realtime,
@@ -296,6 +301,7 @@ impl World {
             self.new_component(instance, type_name, step.system.clone(), recreate_hash);
         component.configuration.clone_from(configuration);
         component.execution_kind = *execution_kind;
+        component.execution_context.clone_from(execution_context);
         component.on_disconnect = *on_disconnect;
         component.stand_in = stand_in.is_some();
         component.rate = rate.unwrap_or(component.rate);

@@ -301,6 +301,8 @@ impl World {
             hangs: None,
             on_disconnect: OnDisconnect::default(),
             execution_kind: ExecutionKind::Periodic,
+            execution_context: None,
+            runs_with: Vec::new(),
             rate: 1000.0,
             executions: 0,
             timing: None,

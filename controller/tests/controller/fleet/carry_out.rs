@@ -183,6 +183,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
             realtime,
@@ -202,6 +203,8 @@ fn change(state: &mut State, step: &Step) {
             hangs: None,
             on_disconnect,
             execution_kind,
+            execution_context,
+            runs_with: Vec::new(),
             rate: rate.unwrap_or(1000.0),
             executions: 0,
             timing: None,
@@ -220,6 +223,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             rate,
             on_disconnect,
+            order,
         } => {
             let component = component(state, &manager, &instance);
             let mut mark = Mark::of(component);
@@ -230,6 +234,9 @@ fn change(state: &mut State, step: &Step) {
             }
             if let Some(rate) = rate {
                 component.rate = rate;
+            }
+            if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                shared.order = order;
             }
             if configuration.active.is_some() {
                 component.configuration.active = configuration.active;

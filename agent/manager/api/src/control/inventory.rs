@@ -159,6 +159,9 @@ pub struct ExecutionContextInfo {
     pub name: String,
     /// Place of this component.
     pub order: i32,
+    /// Name of the composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
     /// All of them, in the order in which they run.
     pub members: Vec<String>,
 }
@@ -244,7 +247,7 @@ pub struct ConnectorInfo {
     pub by_hand: Option<String>,
     /// `Connected`, `Connecting`, `Disconnected`.
     pub state: String,
-    /// `direct` or `uds`.
+    /// `direct`, `shm`, `uds` or `tcp`; empty before it was connected.
     pub transport: String,
     /// Samples written to it.
     pub samples_sent: u64,

@@ -162,9 +162,11 @@ impl RequestBody {
                 }
             }
             Self::LoadModule { digest, .. } => *digest = None,
-            Self::Disconnect { by_hand, .. }
-            | Self::Deactivate { by_hand, .. }
-            | Self::Connect(ConnectRequest { by_hand, .. }) => *by_hand = None,
+            Self::Disconnect { by_hand, .. } | Self::Deactivate { by_hand, .. } => *by_hand = None,
+            Self::Connect(request) => {
+                request.by_hand = None;
+                request.between_nodes = false;
+            }
             _ => {}
         }
         self
@@ -207,7 +209,7 @@ pub struct CreateRequest {
     pub realtime: Option<RealtimeRequest>,
     /// The execution context that it shares with others; none for one of its own. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub execution_context: Option<ExecutionContextRequest>,
+    pub execution_context: Option<Box<ExecutionContextRequest>>,
 }
 
 /// An execution context that components of one manager share.
@@ -219,6 +221,10 @@ pub struct ExecutionContextRequest {
     /// Place among its components: lower numbers run first, those with the same by name.
     #[serde(default)]
     pub order: i32,
+    /// Name of the composite whose members share their state with it: an error of one is that of all, and they are
+    /// deactivated and reset together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 /// An in-port end that waits for its connector.
@@ -253,6 +259,9 @@ pub struct ConnectRequest {
     pub target_socket: Option<String>,
     /// Incarnation that the target must have.
     pub target_incarnation: String,
+    /// The target is on another node. Since version 2.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub between_nodes: bool,
     /// Connector properties, reported back.
     pub properties: BTreeMap<String, String>,
     /// Done by a person: reported back with the connector.
