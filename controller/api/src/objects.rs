@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
 pub use rts_plan::observed::Latency;
-use rts_plan::observed::TimingObserved;
+use rts_plan::observed::{RealtimeObserved, TimingObserved};
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -337,6 +337,9 @@ pub struct ComponentStatus {
     /// How its execution context keeps its time; none before the first cycle. Counters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingObserved>,
+    /// What its execution context has of its node; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

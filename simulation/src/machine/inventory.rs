@@ -90,6 +90,7 @@ impl Component {
             rate: self.rate,
             executions: self.executions as u64,
             timing: None,
+            realtime: self.realtime.clone(),
             ports: self.ports.clone(),
             connectors: self.connectors.values().map(Connector::info).collect(),
             bindings,

@@ -2,6 +2,7 @@
 
 mod failure;
 mod inventory;
+mod realtime;
 mod request;
 mod stand_in;
 
@@ -13,6 +14,7 @@ pub use self::inventory::{
     ExecutionContextInfo, Latency, ManagerInventory, ModuleInfo, ParameterFacts, PortInfo,
     TimingInfo,
 };
+pub use self::realtime::{RealtimeInfo, RealtimeRequest};
 pub use self::request::{
     Binding, ConnectRequest, CreateRequest, ExecutionContextRequest, Request, RequestBody,
 };

@@ -22,7 +22,7 @@ mod meet;
 pub mod out_port;
 pub mod outbox;
 pub mod publisher;
-mod rate;
+pub mod rate;
 pub mod receive;
 pub mod sample;
 pub mod sender;

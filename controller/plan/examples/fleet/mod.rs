@@ -242,6 +242,7 @@ fn live(
         rate: spec.execution_context.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,
+        realtime: None,
         ports: Vec::new(),
         connectors,
         bindings: Vec::new(),

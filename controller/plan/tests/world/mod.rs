@@ -306,6 +306,7 @@ impl World {
             rate: 1000.0,
             executions: 0,
             timing: None,
+            realtime: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),
