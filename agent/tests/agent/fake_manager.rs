@@ -341,6 +341,7 @@ impl Fake {
                     modules: modules.keys().cloned().collect(),
                     opened: Default::default(),
                     components: components.values().cloned().collect(),
+                    taps: Vec::new(),
                 }));
             }
             RequestBody::Shutdown => {}

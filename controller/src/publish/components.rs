@@ -113,6 +113,7 @@ fn as_observed(
         rate: Some(found.rate),
         executions: found.executions,
         timing: found.timing.clone(),
+        ports: found.ports.clone(),
         created: found.created.parse().ok(),
         ..ComponentStatus::default()
     }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, Latency,
-    ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TimingInfo,
+    ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TapInfo, TimingInfo,
 };
 pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
 pub use self::stand_in::StandInShape;

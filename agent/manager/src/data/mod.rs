@@ -23,6 +23,7 @@ pub mod receive;
 pub mod sample;
 pub mod sender;
 pub mod source;
+pub mod tap;
 mod wire;
 
 use std::collections::BTreeMap;
