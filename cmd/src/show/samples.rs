@@ -3,11 +3,12 @@
 use jiff::Timestamp;
 use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{
-    Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView, Event,
-    EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata, Node,
-    NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus,
+    Activity, Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView,
+    Event, EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata,
+    Node, NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus, TapObserved, Usage,
 };
-use rts_schemas::system::{PortKind, SystemSpec};
+use rts_plan::observed::PortObserved;
+use rts_schemas::system::{Direction, PortKind, SystemSpec};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -88,6 +89,12 @@ fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &s
         drift: system.is_empty(),
         rate: Some(100.0),
         executions: 12_000,
+        ports: vec![PortObserved {
+            name: "out".to_owned(),
+            kind: PortKind::Data,
+            direction: Some(Direction::Out),
+            data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+        }],
         created: ago(5),
         ..ComponentStatus::default()
     };
@@ -136,6 +143,16 @@ fn manager() -> Manager {
         modules: vec!["LowPassFilter".to_owned(), "SineSource".to_owned()],
         incarnation: "i".to_owned(),
         started: ago(300),
+        activity: Activity {
+            taps: vec![TapObserved {
+                port: "Sine0.out".to_owned(),
+                way: "print".to_owned(),
+            }],
+            usage: Some(Usage {
+                cpu_ms: 780,
+                memory: 8_257_536,
+            }),
+        },
     };
     object(Kind::Manager, "hello.main", spec, status)
 }

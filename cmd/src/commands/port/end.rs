@@ -156,8 +156,10 @@ mod tests {
             port("in", PortKind::Data, Some(Direction::In)),
             port("out", PortKind::Data, Some(Direction::Out)),
         ];
+        let mut printer = components[1].clone();
+        printer.status.ports.clear();
         World {
-            components: vec![sine, filter, components[1].clone()],
+            components: vec![sine, filter, printer],
             connectors,
         }
     }

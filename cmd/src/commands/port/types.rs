@@ -187,8 +187,9 @@ mod tests {
             ("IDL:Lab/Mark:1.0", r#"{"name":"a","at":[1.0,2.5]}"#),
         ] {
             let codec = types.codec(id, "A.out").unwrap();
-            let value = serde_json::from_str(text).unwrap();
-            assert_eq!(codec.json(&codec.data(&value).unwrap()).unwrap(), text);
+            let value: Value = serde_json::from_str(text).unwrap();
+            let json = codec.json(&codec.data(&value).unwrap()).unwrap();
+            assert_eq!(serde_json::from_str::<Value>(&json).unwrap(), value);
         }
     }
 
