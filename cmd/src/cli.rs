@@ -8,7 +8,7 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
     diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, plan,
-    reset, schema, smoke, teardown, tick, up, version,
+    port, reset, schema, smoke, teardown, tick, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -119,6 +119,8 @@ pub enum Command {
     Export(export::Args),
     Convert(convert::Args),
     #[command(subcommand)]
+    Port(port::Command),
+    #[command(subcommand)]
     Idl(idl::Command),
     #[command(subcommand)]
     Manager(manager::Command),
@@ -199,6 +201,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Conf(args) => conf::run(args, session).await,
         Command::Connect(args) => connect::run(args, session).await,
         Command::Disconnect(args) => disconnect::run(args, session).await,
+        Command::Port(command) => port::run(command, session).await,
         Command::Export(args) => export::run(&args, session).await,
         Command::Convert(args) => convert::run(&args, &session.out),
         Command::Manager(command) => manager::run(command, session).await,

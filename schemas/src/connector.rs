@@ -1,11 +1,13 @@
 //! What the properties of a data connector say: how samples travel, where they wait, and what happens when there is no
 //! room or nothing to read. The names are those of OpenRTM-aist; docs/connectors.md has them as a table.
 
+mod names;
 mod reach;
 mod read;
 
 use std::time::Duration;
 
+pub use names::meant;
 pub use reach::{Distance, OutOfReach};
 pub use read::{Fault, read};
 

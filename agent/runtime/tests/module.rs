@@ -248,7 +248,7 @@ impl Component for Threaded {
 
     fn on_activated(&mut self, ctx: &mut Context<'_>) -> RtcResult {
         let waker = ctx.waker();
-        *LENT.lock().unwrap() = Some(waker.clone());
+        *LENT.lock().expect("nobody panics") = Some(waker.clone());
         self.thread = Some(thread::spawn(move || (0..3).try_for_each(|_| waker.wake())));
         Ok(())
     }
@@ -256,9 +256,13 @@ impl Component for Threaded {
 
 impl Drop for Threaded {
     fn drop(&mut self) {
-        let ended = self.thread.take().map(|thread| thread.join().unwrap());
-        let waker = LENT.lock().unwrap().clone();
-        *AT_DROP.lock().unwrap() = ended.and_then(|ended| Some(ended.and(waker?.wake())));
+        let ended = self
+            .thread
+            .take()
+            .map(|thread| thread.join().expect("nobody panics"));
+        let waker = LENT.lock().expect("nobody panics").clone();
+        *AT_DROP.lock().expect("nobody panics") =
+            ended.and_then(|ended| Some(ended.and(waker?.wake())));
     }
 }
 

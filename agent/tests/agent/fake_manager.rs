@@ -345,6 +345,7 @@ impl Fake {
                     modules: modules.keys().cloned().collect(),
                     opened: Default::default(),
                     components: components.values().cloned().collect(),
+                    taps: Vec::new(),
                 }));
             }
             RequestBody::Shutdown => {}

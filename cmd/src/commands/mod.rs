@@ -24,6 +24,7 @@ pub mod idl;
 pub mod logs;
 pub mod manager;
 pub mod plan;
+pub mod port;
 pub mod reset;
 pub mod schema;
 pub mod smoke;

@@ -114,6 +114,7 @@ fn as_observed(
         executions: found.executions,
         timing: found.timing.clone(),
         realtime: found.realtime.clone(),
+        ports: found.ports.clone(),
         created: found.created.parse().ok(),
         ..ComponentStatus::default()
     }

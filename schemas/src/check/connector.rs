@@ -101,6 +101,14 @@ fn settings(check: &mut Check<'_>, connector: &Connector, owner: &str) {
     if connector.kind != PortKind::Data {
         return;
     }
+    for property in &connector.properties {
+        let Some(name) = &property.name else { continue };
+        if let Some(meant) = crate::connector::meant(name.trimmed()) {
+            let message = format!("nothing reads the property `{}` of {owner}", name.trimmed());
+            let help = format!("did you mean `{meant}`?");
+            check.warning("unknown-property", message, name.span, help);
+        }
+    }
     let Err(faults) = crate::connector::read(&properties(connector)) else {
         return;
     };

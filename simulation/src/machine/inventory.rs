@@ -27,6 +27,7 @@ impl Process {
             modules: self.modules.keys().cloned().collect(),
             opened: self.opened.clone(),
             components: components.collect(),
+            taps: Vec::new(),
         }
     }
 

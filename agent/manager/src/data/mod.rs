@@ -27,6 +27,7 @@ pub mod receive;
 pub mod sample;
 pub mod sender;
 pub mod source;
+pub mod tap;
 
 use std::collections::BTreeMap;
 

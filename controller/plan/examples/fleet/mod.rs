@@ -212,6 +212,7 @@ fn manager(system: &SystemRef, name: &str) -> ManagerObserved {
         modules: Default::default(),
         opened: Default::default(),
         components: Vec::new(),
+        activity: Default::default(),
     }
 }
 

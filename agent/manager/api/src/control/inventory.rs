@@ -85,6 +85,19 @@ pub struct ManagerInventory {
     pub opened: BTreeMap<String, String>,
     /// Components.
     pub components: Vec<ComponentInfo>,
+    /// Who looks at ports or writes to them, outside of connectors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub taps: Vec<TapInfo>,
+}
+
+/// A connection that looks at a port, or writes to one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct TapInfo {
+    /// The port as `Instance.port`.
+    pub port: String,
+    /// `print` or `inject`.
+    pub way: String,
 }
 
 /// A component in a manager.
