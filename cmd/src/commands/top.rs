@@ -9,7 +9,6 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use console::Term;
-use serde_json::json;
 
 use self::load::{Filter, Load, load};
 use self::look::Look;
@@ -93,7 +92,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             let now = Look::at(&controller, &args).await?;
             let load = load(&before, &now, &filter);
             match args.output {
-                Format::Json => session.out.result(&format!("{}\n", json!(load)))?,
+                Format::Json => session.out.result(&line(&load)?)?,
                 Format::Table if again => draw(&tables(&load, &args, &sort, session), session)?,
                 Format::Table => session.out.result(&tables(&load, &args, &sort, session))?,
             }
@@ -104,6 +103,10 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         }
     };
     while_read(work, session).await
+}
+
+fn line(load: &Load) -> Result<String, CliError> {
+    Ok(serde_json::to_string(load).map_err(std::io::Error::other)?)
 }
 
 fn tables(load: &Load, args: &Args, sort: &Sort, session: &Session) -> String {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{Component, Connector, Manager};
 use serde::Serialize;
 
@@ -13,6 +14,10 @@ use crate::error::CliError;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Load {
+    /// [`API_VERSION`](rts_controller_api::API_VERSION).
+    pub api_version: &'static str,
+    /// `Top`.
+    pub kind: &'static str,
     /// Seconds between the two looks.
     pub seconds: f64,
     /// Components, by name and node.
@@ -36,10 +41,13 @@ pub struct ComponentLoad {
     /// State.
     pub state: String,
     /// Rate that is configured, in Hz.
+    #[serde(rename = "wantedHz")]
     pub wanted: Option<f64>,
     /// Cycles per second.
+    #[serde(rename = "reachedHz")]
     pub reached: Option<f64>,
     /// Cycles per second that were not over when the next was due.
+    #[serde(rename = "overrunsPerSecond")]
     pub overruns: Option<f64>,
     /// Half of the cycles took no longer, in nanoseconds.
     pub execution_ns: Option<u64>,
@@ -60,12 +68,16 @@ pub struct ConnectorLoad {
     /// State.
     pub state: String,
     /// Samples sent per second.
+    #[serde(rename = "samplesPerSecond")]
     pub samples: Option<f64>,
     /// Payload bytes sent per second.
+    #[serde(rename = "bytesPerSecond")]
     pub bytes: Option<f64>,
     /// Samples dropped per second.
+    #[serde(rename = "dropsPerSecond")]
     pub drops: Option<f64>,
     /// Jumps in the sequence per second.
+    #[serde(rename = "gapsPerSecond")]
     pub gaps: Option<f64>,
     /// Half of the samples took no longer, in nanoseconds.
     pub median_ns: Option<u64>,
@@ -92,6 +104,7 @@ pub struct ManagerLoad {
     /// Processors that it keeps busy.
     pub cpu: Option<f64>,
     /// Resident memory in bytes.
+    #[serde(rename = "memoryBytes")]
     pub memory: Option<u64>,
     /// Number of components.
     pub components: usize,
@@ -154,6 +167,8 @@ fn rates<const N: usize>(before: [u64; N], now: [u64; N], seconds: f64) -> [Opti
 /// What happened between two looks.
 pub fn load(before: &Look, now: &Look, filter: &Filter<'_>) -> Load {
     Load {
+        api_version: API_VERSION,
+        kind: "Top",
         seconds: seconds(&before.components, &now.components),
         components: components(&before.components, &now.components, filter),
         connectors: connectors(before, now, filter),

@@ -72,9 +72,7 @@ const MANAGERS: [Column<ManagerLoad>; 8] = [
     ("NAME", |m| text(&m.name)),
     ("NODE", |m| text(&m.node)),
     ("STATE", |m| text(&m.state)),
-    ("PID", |m| {
-        Cell::Number(Some(m.pid.into()), |pid| pid.to_string())
-    }),
+    ("PID", |m| Cell::Number(Some(m.pid.into()), whole)),
     ("CPU", |m| {
         Cell::Number(m.cpu, |cpu| format!("{:.1}%", cpu * 100.0))
     }),
@@ -82,9 +80,9 @@ const MANAGERS: [Column<ManagerLoad>; 8] = [
         Cell::Number(m.memory.map(|m| m as f64), bytes_word)
     }),
     ("COMPONENTS", |m| {
-        Cell::Number(Some(m.components as f64), number)
+        Cell::Number(Some(m.components as f64), whole)
     }),
-    ("TAPS", |m| Cell::Number(Some(m.taps as f64), number)),
+    ("TAPS", |m| Cell::Number(Some(m.taps as f64), whole)),
 ];
 
 fn text(text: &str) -> Cell {
@@ -97,6 +95,10 @@ fn hertz(value: Option<f64>) -> Cell {
 
 fn time(nanoseconds: Option<u64>) -> Cell {
     Cell::Number(nanoseconds.map(|n| n as f64), |n| short_time(n as u64))
+}
+
+fn whole(value: f64) -> String {
+    format!("{value:.0}")
 }
 
 /// A cell is one word.
