@@ -30,6 +30,7 @@ pub mod schema;
 pub mod smoke;
 pub mod teardown;
 pub mod tick;
+pub mod top;
 pub mod up;
 pub mod version;
 
