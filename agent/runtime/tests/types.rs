@@ -4,6 +4,8 @@
 mod agreement;
 #[path = "types/allocations.rs"]
 mod allocations;
+#[path = "types/parameters.rs"]
+mod parameters;
 
 use std::fmt::Debug;
 
