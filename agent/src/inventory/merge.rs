@@ -214,7 +214,9 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
     let key = (info.name.clone(), end, target.port.clone());
     // An end that is not known, elsewhere or gone, adds nothing.
     let arrived = arrivals.get(&key).copied().unwrap_or_default();
-    let arrived = arrived.within(info.samples_sent, info.drops);
+    // What was refused was not sent.
+    let gone = info.drops.saturating_sub(info.refused);
+    let arrived = arrived.within(info.samples_sent, gone);
     ConnectorObserved {
         name: info.name,
         source: PortRef {
@@ -366,6 +368,7 @@ mod tests {
             connected,
             samples_received: came.0,
             drops: came.1,
+            refused: 0,
             gaps: 0,
             latency: None,
         });

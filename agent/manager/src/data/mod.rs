@@ -19,6 +19,7 @@ pub mod in_port;
 mod lane;
 mod latency;
 mod meet;
+mod monitor;
 pub mod out_port;
 pub mod outbox;
 pub mod publisher;

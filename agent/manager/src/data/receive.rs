@@ -7,6 +7,7 @@ use rts_schemas::connector::Dataflow;
 use rts_transport::{Ended, Receiver};
 
 use super::in_port::InPort;
+use super::sample::Written;
 use super::source::Source;
 
 /// Moves samples into an in-port until the connection ends; says why it did. Without a common clock, the time of a
@@ -27,8 +28,11 @@ pub fn receive(
         if !has_common_clock {
             sample.time = 0;
         }
-        if let Err(sample) = port.offer(source, sample) {
-            port.wait(source, sample, Instant::now(), || !handle.has_gone());
+        let stays = || !handle.has_gone();
+        if let Err(sample) = port.offer(source, sample)
+            && port.wait(source, sample, Instant::now(), stays) != Written::Taken
+        {
+            source.count_drop();
         }
         source.is_open()
     })
