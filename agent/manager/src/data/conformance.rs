@@ -10,7 +10,7 @@ use rts_transport::Kind;
 
 use super::binding::End;
 use super::connector::{Connector, Link};
-use super::ends::pair;
+use super::ends::{agreed, pair};
 use super::in_port::InPort;
 use super::out_port::OutPort;
 use super::receive::receive;
@@ -79,17 +79,17 @@ fn make(out: &OutPort, port: &Arc<InPort>, transport: Kind, properties: &[(&str,
             (link, source)
         }
         kind => {
-            let (agreed, mut receiver) = pair(kind);
+            let (sending, mut receiver) = pair(kind);
             let handle = Some(receiver.handle());
             let source = end.open(handle, settings.clone(), None, &events).unwrap();
             thread::spawn({
                 let (port, source) = (Arc::clone(port), Arc::clone(&source));
                 move || {
-                    let ended = receive(&mut *receiver, &port, &source, true);
+                    let ended = receive(&mut *receiver, &port, &source, &agreed());
                     port.close(&source, ended.parting());
                 }
             });
-            let sender = Arc::new(Sender::new(agreed, &settings).unwrap());
+            let sender = Arc::new(Sender::new(sending, &settings).unwrap());
             (Link::Between(sender), source)
         }
     };
