@@ -359,6 +359,7 @@ mod tests {
             samples_sent: sent,
             bytes: 0,
             drops,
+            refused: 0,
             rate: 0,
         });
         b.bindings.push(BindingInfo {
@@ -368,7 +369,6 @@ mod tests {
             connected,
             samples_received: came.0,
             drops: came.1,
-            refused: 0,
             gaps: 0,
             latency: None,
         });
