@@ -13,6 +13,7 @@ mod swap;
 #[cfg(test)]
 mod tests;
 mod value;
+mod walk;
 
 pub use decode::decode;
 pub use encode::encode;

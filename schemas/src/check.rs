@@ -22,6 +22,7 @@ mod sink;
 mod spec;
 mod system;
 mod value;
+mod woken;
 
 pub use against::against;
 pub(crate) use against::direction;

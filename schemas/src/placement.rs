@@ -114,6 +114,10 @@ yaml_type! {
         cpus: Cpus = "cpus";
         /// SCHED_FIFO priority of its execution context.
         realtime_priority: Priority = "realtimePriority";
+        /// Whether the memory of its process is locked, so that nothing of it is ever fetched from a disk.
+        lock_memory: bool = "lockMemory";
+        /// Whether it is refused where its node does not permit these; `false` runs it all the same, with an event.
+        required: bool = "required";
         /// Memory that its process may have; components that share a process add theirs up.
         memory_limit: MemoryLimit = "memoryLimit";
     }

@@ -1,5 +1,7 @@
 //! The manager service for people: what is made by hand is shown as drift and left alone.
 
+mod ports;
+
 use rts_tests::Stack;
 
 const HELLO: &str = "manifests/hello/system.xml";

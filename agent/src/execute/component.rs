@@ -31,6 +31,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             execution_context,
             on_disconnect,
             stand_in,
+            realtime,
         } => {
             let mut request = create_request(
                 verb,
@@ -48,6 +49,9 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             }
             if let Some(shape) = stand_in {
                 super::stand_in::put_in(&*verb.manager(&manager)?, &mut request, shape)?;
+            }
+            if let Some(asked) = realtime {
+                super::realtime::put_in(&*verb.manager(&manager)?, &mut request, asked)?;
             }
             create(verb, &manager, request).await
         }
@@ -180,6 +184,7 @@ fn create_request(
         rate,
         on_disconnect: None,
         stand_in: None,
+        realtime: None,
         execution_context: None,
     }
 }
@@ -356,6 +361,6 @@ fn on_disconnect_name(wanted: OnDisconnect) -> &'static str {
 }
 
 /// Name of an execution kind in the control protocol.
-pub(crate) fn kind_name(kind: ExecutionKind) -> &'static str {
+pub(super) fn kind_name(kind: ExecutionKind) -> &'static str {
     kind.as_str()
 }

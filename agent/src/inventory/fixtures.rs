@@ -28,6 +28,7 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         rate: 1.0,
         executions: 0,
         timing: None,
+        realtime: None,
         ports: Vec::new(),
         connectors: Vec::new(),
         bindings: Vec::new(),
@@ -52,6 +53,8 @@ pub(super) fn view(components: Vec<ComponentInfo>) -> View {
             modules: Default::default(),
             opened: Default::default(),
             components,
+            taps: Vec::new(),
         },
+        usage: None,
     }
 }

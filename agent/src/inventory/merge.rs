@@ -5,16 +5,16 @@ use std::time::Duration;
 
 use rts_manager_api::control::{
     self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
-    ExecutionContextInfo, ManagerInventory, PortInfo, SystemId, TimingInfo,
+    ExecutionContextInfo, ManagerInventory, PortInfo, RealtimeInfo, SystemId, TapInfo, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
+    Activity, BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
     DurationsObserved, Inventory, Latency, LifeCycleState, ManagerObserved, PortObserved,
-    TimingObserved,
+    RealtimeObserved, TapObserved, TimingObserved, Usage,
 };
 use rts_schemas::system::{
-    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
+    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
     SharedExecutionContext,
 };
 
@@ -34,6 +34,8 @@ pub(crate) struct View {
     /// It does not say what it holds, and may hold more than was seen last.
     pub unseen: bool,
     pub inventory: ManagerInventory,
+    /// What its process uses.
+    pub usage: Option<Usage>,
 }
 
 /// Counts of in-port ends, by (connector, incarnation with the in-port, in-port).
@@ -118,6 +120,17 @@ fn manager(view: View, arrivals: &Arrivals, policies: &Policies) -> ManagerObser
         modules: view.inventory.modules,
         opened: view.inventory.opened,
         components,
+        activity: Activity {
+            taps: view.inventory.taps.into_iter().map(tap).collect(),
+            usage: view.usage,
+        },
+    }
+}
+
+fn tap(info: TapInfo) -> TapObserved {
+    TapObserved {
+        port: info.port,
+        way: info.way,
     }
 }
 
@@ -156,6 +169,7 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         rate: info.rate,
         executions: info.executions,
         timing: info.timing.map(timing),
+        realtime: info.realtime.map(realtime),
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
         bindings,
@@ -167,6 +181,7 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
 fn timing(info: TimingInfo) -> TimingObserved {
     TimingObserved {
         overruns: info.overruns,
+        reached: info.reached,
         execution: durations(info.execution),
         jitter: info.jitter.map(durations),
     }
@@ -177,8 +192,26 @@ fn durations(info: DurationInfo) -> DurationsObserved {
         count: info.count,
         median: info.median,
         p99: info.p99,
+        p999: info.p999,
         max: info.max,
         buckets: info.buckets,
+    }
+}
+
+fn realtime(info: RealtimeInfo) -> RealtimeObserved {
+    let asked = info.asked;
+    RealtimeObserved {
+        asked: Realtime {
+            cpus: asked.cpus,
+            priority: asked.priority,
+            lock_memory: asked.lock_memory,
+            required: asked.required,
+        },
+        scheduler: info.scheduler,
+        priority: info.priority,
+        cpus: info.cpus,
+        memory_locked: info.memory_locked,
+        denied: info.denied,
     }
 }
 

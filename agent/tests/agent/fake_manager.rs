@@ -13,7 +13,7 @@ use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest,
     ExecutionContextInfo, Failure, FailureCode, FromManager, Greeting, Hello, ManagerInventory,
-    ModuleInfo, PortInfo, Request, RequestBody, Response, ResponseBody, SystemId,
+    ModuleInfo, PortInfo, RealtimeInfo, Request, RequestBody, Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_manager_api::frame;
@@ -346,6 +346,7 @@ impl Fake {
                     modules: modules.keys().cloned().collect(),
                     opened: Default::default(),
                     components: components.values().cloned().collect(),
+                    taps: Vec::new(),
                 }));
             }
             RequestBody::Shutdown => {}
@@ -443,7 +444,11 @@ fn component(request: CreateRequest) -> ComponentInfo {
         busy: None,
         sets: request.sets,
         active: request.active.unwrap_or("default".to_owned()),
-        execution_kind: request.execution_kind,
+        // Its modules all want the same.
+        execution_kind: match request.execution_kind.as_str() {
+            "" => "eventDriven".to_owned(),
+            kind => kind.to_owned(),
+        },
         execution_context: request
             .execution_context
             .map(|shared| ExecutionContextInfo {
@@ -455,6 +460,10 @@ fn component(request: CreateRequest) -> ComponentInfo {
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,
+        realtime: request.realtime.map(|asked| RealtimeInfo {
+            asked,
+            ..RealtimeInfo::default()
+        }),
         ports: vec![
             PortInfo {
                 name: "in".to_owned(),

@@ -334,6 +334,7 @@ pub fn create(id: StepId, needs: &[StepId], at: &str, instance: &str, type_name:
         rate: Some(100.0),
         on_disconnect: Default::default(),
         stand_in: None,
+        realtime: None,
     };
     step(id, needs, &format!("component/{instance}"), work)
 }

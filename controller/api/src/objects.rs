@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
-pub use rts_plan::observed::Latency;
-use rts_plan::observed::TimingObserved;
+pub use rts_plan::observed::{Activity, Latency, TapObserved, TimingObserved, Usage};
+use rts_plan::observed::{PortObserved, RealtimeObserved};
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -337,6 +337,12 @@ pub struct ComponentStatus {
     /// How its execution context keeps its time; none before the first cycle. Counters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingObserved>,
+    /// What its execution context has of its node; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeObserved>,
+    /// Ports that it really has.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ports: Vec<PortObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
@@ -440,6 +446,9 @@ pub struct ManagerStatus {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub started: Option<Timestamp>,
+    /// What goes on in it besides what is planned. Raises no resourceVersion.
+    #[serde(flatten)]
+    pub activity: Activity,
 }
 
 /// What happened.

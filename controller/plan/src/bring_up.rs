@@ -114,6 +114,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 execution_context: spec.execution_context.shared(),
                 on_disconnect: spec.policy.on_disconnect,
                 stand_in: want.placed.stand_in.clone(),
+                realtime: want.placed.realtime(),
             },
             reason: make.reason.clone(),
         });

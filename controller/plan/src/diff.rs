@@ -92,6 +92,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
                 });
             }
         }
+        fields.extend(details::resources(component, want));
         // What changes on the way is worth knowing too.
         fields.extend(differences(spec, component));
     }

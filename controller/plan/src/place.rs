@@ -3,6 +3,7 @@
 //! A node that is named outright wins, then a host hint that matches a node, then the local node. Nothing is left for
 //! an executor to choose.
 
+mod context;
 mod elsewhere;
 mod nodes;
 
@@ -10,10 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::names;
 use rts_schemas::stand_in::{Ends, Shape};
-use rts_schemas::system::{
-    ComponentSpec, ConnectorSpec, ExecutionContextSpec, ExecutionKind, PortKind, PortRef,
-    SharedExecutionContext, SystemSpec,
-};
+use rts_schemas::system::{ComponentSpec, ConnectorSpec, PortKind, PortRef, SystemSpec};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
@@ -21,6 +19,7 @@ use crate::desired::{
     Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
 
+pub use self::context::Context;
 use self::elsewhere::{elsewhere, may_still_run};
 pub use self::nodes::node_of_host;
 use self::nodes::{choose_nodes, hosts};
@@ -339,7 +338,7 @@ fn place_component(
         &component.type_name,
         module_digest.as_deref(),
         &manager,
-        &context_of(&component.execution_context),
+        &Context::of(component, stand_in.is_some()),
         stand_in.as_ref(),
     );
     PlacedComponent {
@@ -404,31 +403,25 @@ pub fn recreate_hash(
     type_name: &str,
     module_digest: Option<&str>,
     manager: &str,
-    (kind, shared): &Context,
+    context: &Context,
     stand_in: Option<&Shape>,
 ) -> String {
     let mut parts = vec![
         json!(type_name),
         json!(module_digest),
         json!(manager),
-        json!(kind),
+        json!(context.kind),
     ];
     parts.extend(stand_in.map(|shape| json!(shape)));
-    // Its order can change in place.
-    let shared = shared.as_ref();
+    // Its order can change in place. What asks for nothing keeps the hash that it had before there was anything to ask for.
+    let shared = context.shared.as_ref();
     let named =
         shared.map(|shared| json!({"executionContext": [shared.name, shared.shared_state]}));
-    parts.extend(named);
+    let realtime = context.realtime.as_ref();
+    let realtime = realtime.map(|realtime| json!({"realtime": realtime}));
+    parts.extend(named.into_iter().chain(realtime));
     let text = serde_json::Value::from(parts).to_string();
     hex(Sha256::digest(text))[..16].to_owned()
-}
-
-/// Kind of an execution context, and what is shared of it.
-pub type Context = (ExecutionKind, Option<SharedExecutionContext>);
-
-/// The same of what a system says.
-pub fn context_of(spec: &ExecutionContextSpec) -> Context {
-    (spec.kind, spec.shared())
 }
 
 /// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.

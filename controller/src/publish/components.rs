@@ -113,6 +113,8 @@ fn as_observed(
         rate: Some(found.rate),
         executions: found.executions,
         timing: found.timing.clone(),
+        realtime: found.realtime.clone(),
+        ports: found.ports.clone(),
         created: found.created.parse().ok(),
         ..ComponentStatus::default()
     }

@@ -2,6 +2,7 @@
 
 use super::decode::value_at;
 use super::shape::{Shape, chosen, shape, size};
+use super::walk::DISCRIMINATOR;
 use super::{DEEPEST, Endian, Error, Reason};
 use crate::idl::{Primitive, Type, Union, Unit};
 
@@ -67,7 +68,7 @@ impl Swapper<'_> {
     fn union(&mut self, union: &Union, depth: u32) -> Result<(), Error> {
         let r#type = &union.discriminator;
         let discriminator = value_at(self.unit, r#type, self.bytes, self.at, self.from)
-            .map_err(|error| error.in_member("$discriminator"))?;
+            .map_err(|error| error.in_member(DISCRIMINATOR))?;
         self.value(r#type, depth + 1)?;
         match chosen(union, &discriminator) {
             Some(case) => self

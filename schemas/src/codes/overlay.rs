@@ -89,14 +89,13 @@ Mend the name, or remove the lines.",
         code: "not-carried-out",
         title: "the setting is kept, but this version does not act on it yet",
         explain: "\
-Packages and resources can be said, are checked and are stored with the system, but nothing acts on them in this
-version: a module comes from the module folders of its node, and a process runs with the processors, the scheduling and
-the memory of its agent.
+Packages and limits of memory can be said, are checked and are stored with the system, but nothing acts on them in this
+version: a module comes from the module folders of its node, and a process may have as much memory as its agent.
 
     types:
       Sine: { package: sine, version: \"1.2\" }
     components:
-      Sine0: { resources: { cpus: 2-3 } }
+      Sine0: { resources: { memoryLimit: 256MiB } }
 
 Nothing has to be mended. Do not rely on it: set limits where the agent is started, and put modules in its folders.",
     },

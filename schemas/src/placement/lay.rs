@@ -81,6 +81,8 @@ fn resources(onto: &mut Resources, said: &Setting<ResourceSettings>) {
         Setting::Said(said, _) => {
             said.cpus.lay_some(&mut onto.cpus);
             said.realtime_priority.lay_some(&mut onto.realtime_priority);
+            said.lock_memory.lay_some(&mut onto.lock_memory);
+            said.required.lay_some(&mut onto.required);
             said.memory_limit.lay_some(&mut onto.memory_limit_bytes);
         }
     }

@@ -55,7 +55,7 @@ pub fn later(said: &Settings) -> Vec<(Finding, Span)> {
                 Some("package" | "version") => {
                     "the module is taken from the module folders of its node (`rts-agent --modules`)"
                 }
-                _ => "the process runs with the limits of its agent",
+                _ => "the process may have what its agent may have",
             };
             (Finding::warning("not-carried-out", message).help(help), leaf.span)
         })
@@ -65,7 +65,8 @@ pub fn later(said: &Settings) -> Vec<(Finding, Span)> {
 fn is_later(leaf: &Leaf) -> bool {
     match leaf.path.first().map(String::as_str) {
         _ if leaf.value.is_null() => false,
-        Some("package" | "version" | "resources") => true,
+        Some("package" | "version") => true,
+        Some("resources") => leaf.path.get(1).is_some_and(|key| key == "memoryLimit"),
         _ => false,
     }
 }
@@ -79,7 +80,7 @@ mod tests {
     /// A value of each key that differs from what is there without it.
     fn other(key: &str) -> &'static str {
         match key {
-            "isolated" | "resetOnError" => "true",
+            "isolated" | "resetOnError" | "resources.lockMemory" | "resources.required" => "true",
             "restart" => "never",
             "restartLimit" => "3",
             "onHang" => "restart",
@@ -101,7 +102,7 @@ mod tests {
     #[test]
     fn each_key_sets_the_field_that_its_pointer_names() {
         let keys = keys();
-        assert_eq!(keys.len(), KEYS.len() + 1 + 4 + 1);
+        assert_eq!(keys.len(), KEYS.len() + 1 + 6 + 1);
         for key in &keys {
             let mut component = ComponentSpec::default();
             set(&mut component, key, other(key)).unwrap();

@@ -79,6 +79,8 @@ fn resources(resources: &Resources) -> Setting<ResourceSettings> {
     let said = ResourceSettings {
         cpus: Setting::some(resources.cpus.clone()),
         realtime_priority: Setting::some(resources.realtime_priority),
+        lock_memory: Setting::some(resources.lock_memory),
+        required: Setting::some(resources.required),
         memory_limit: Setting::some(resources.memory_limit_bytes),
     };
     unless_default(&said)
@@ -139,6 +141,8 @@ mod tests {
             ("executionContext.order", "-10"),
             ("resources.cpus", "2-3,5"),
             ("resources.realtimePriority", "50"),
+            ("resources.lockMemory", "true"),
+            ("resources.required", "false"),
             ("resources.memoryLimit", "256MiB"),
         ];
         assert_eq!(values.map(|(key, _)| key.to_owned()).as_slice(), keys());

@@ -259,12 +259,26 @@ impl Scalar for VersionRange {
     }
 }
 
-impl Scalar for Cpus {
-    const EXPECTED: &'static str =
-        "numbers of processors from 0 to 1023 and ranges of them, such as `2-3,5`";
+impl Cpus {
+    /// Reads a list; none when it is none.
+    pub fn read(text: &str) -> Option<Self> {
+        Some(Self::of(
+            text.split(',').map(range).collect::<Option<Vec<_>>>()?,
+        ))
+    }
 
-    fn parse(text: &str) -> Option<Self> {
-        let mut ranges = text.split(',').map(range).collect::<Option<Vec<_>>>()?;
+    /// These processors.
+    pub fn of_numbers(numbers: impl IntoIterator<Item = u32>) -> Self {
+        Self::of(numbers.into_iter().map(|number| (number, number)).collect())
+    }
+
+    /// Their numbers, in their order.
+    pub fn numbers(&self) -> impl Iterator<Item = u32> {
+        let ranges = self.0.split(',').filter_map(range);
+        ranges.flat_map(|(first, last)| first..=last)
+    }
+
+    fn of(mut ranges: Vec<(u32, u32)>) -> Self {
         ranges.sort_unstable();
         let mut joined: Vec<(u32, u32)> = Vec::new();
         for (first, last) in ranges {
@@ -277,7 +291,16 @@ impl Scalar for Cpus {
             true => first.to_string(),
             false => format!("{first}-{last}"),
         });
-        Some(Self(spelled.collect::<Vec<_>>().join(",")))
+        Self(spelled.collect::<Vec<_>>().join(","))
+    }
+}
+
+impl Scalar for Cpus {
+    const EXPECTED: &'static str =
+        "numbers of processors from 0 to 1023 and ranges of them, such as `2-3,5`";
+
+    fn parse(text: &str) -> Option<Self> {
+        Self::read(text)
     }
 
     fn spelled(&self) -> String {

@@ -271,10 +271,11 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
     let resources = (
         option::of(select(vec!["0", "2-3", "0-1,5"])),
         option::of(1..=99u8),
+        (option::of(any::<bool>()), option::of(any::<bool>())),
         option::of(1u64 << 20..1 << 50),
     );
     (package, stand_in, resources).prop_map(|((name, version), stand_in, resources)| {
-        let (cpus, realtime_priority, memory_limit_bytes) = resources;
+        let (cpus, realtime_priority, (lock_memory, required), memory_limit_bytes) = resources;
         let package = Package {
             name,
             version: version.map(str::to_owned),
@@ -282,6 +283,8 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
         let resources = Resources {
             cpus: cpus.map(str::to_owned),
             realtime_priority,
+            lock_memory,
+            required,
             memory_limit_bytes,
         };
         (package, stand_in, resources)

@@ -27,6 +27,7 @@ impl Process {
             modules: self.modules.keys().cloned().collect(),
             opened: self.opened.clone(),
             components: components.collect(),
+            taps: Vec::new(),
         }
     }
 
@@ -90,6 +91,7 @@ impl Component {
             rate: self.rate,
             executions: self.executions as u64,
             timing: None,
+            realtime: self.realtime.clone(),
             ports: self.ports.clone(),
             connectors: self.connectors.values().map(Connector::info).collect(),
             bindings,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rts_agent::launch::Exit;
 use rts_manager_api::control::{
     Binding, ByHandInfo, Changed, ConnectRequest, ExecutionContextRequest, FromManager, Hello,
-    PortInfo, SystemId,
+    PortInfo, RealtimeInfo, SystemId,
 };
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::ManagerKey;
@@ -133,6 +133,7 @@ pub(super) struct Component {
     pub rate: f64,
     /// `keep`, `deactivate` or `stop`.
     pub on_disconnect: String,
+    pub realtime: Option<RealtimeInfo>,
     pub by_hand: ByHandInfo,
     /// It is being deleted: no end is added any more.
     pub leaving: bool,

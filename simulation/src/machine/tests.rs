@@ -268,6 +268,7 @@ fn create_with(instance: &str, on_disconnect: Option<&str>) -> RequestBody {
         log_path: "/home/logs/x.log".to_owned(),
         on_disconnect: on_disconnect.map(str::to_owned),
         stand_in: None,
+        realtime: None,
         execution_context: None,
     })
 }

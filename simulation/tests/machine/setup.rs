@@ -203,6 +203,7 @@ pub fn up() -> Batch {
                 rate: Some(100.0),
                 on_disconnect: Default::default(),
                 stand_in: None,
+                realtime: None,
             },
         ));
     }

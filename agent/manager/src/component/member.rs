@@ -103,7 +103,7 @@ impl TakesPart for Member<'_> {
                 let done = self.transition(Transition::Execute);
                 match done {
                     Ok(()) => self.first = Some(start.elapsed()),
-                    Err(_) => self.component.timing.execution.add(start.elapsed()),
+                    Err(_) => self.component.timing.ran(start.elapsed()),
                 }
             }
             State::Error => {
@@ -118,7 +118,7 @@ impl TakesPart for Member<'_> {
             let start = Instant::now();
             let _ = self.transition(Transition::UpdateState);
             let timing = &self.component.timing;
-            timing.execution.add(first + start.elapsed());
+            timing.ran(first + start.elapsed());
         }
     }
 }

@@ -10,6 +10,7 @@ mod loans;
 mod loss;
 mod member;
 mod order;
+mod realtime;
 mod run;
 mod spawn;
 mod steps;
@@ -18,11 +19,12 @@ mod timing;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{
-    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
+    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, RealtimeInfo,
+    RealtimeRequest, SystemId,
 };
 use rts_schemas::system::OnDisconnect;
 
@@ -79,6 +81,8 @@ pub struct Component {
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
     timing: Timing,
+    /// What its execution context has of the machine; empty where nothing was asked for.
+    realtime: OnceLock<RealtimeInfo>,
     /// A cycle of it was asked for, of an event-driven execution context.
     woken: AtomicBool,
     /// Its log.
@@ -134,6 +138,8 @@ pub enum Order {
 pub struct Joining {
     component: Arc<Component>,
     rate: WantedRate,
+    /// What it is to have of the machine.
+    realtime: Option<RealtimeRequest>,
     deadline: Instant,
     reply: Reply,
 }
@@ -361,6 +367,7 @@ impl Component {
             execution_kind: self.context.kind.name().to_owned(),
             execution_context: self.context.info(self),
             timing: self.timing.info(),
+            realtime: self.realtime.get().cloned(),
             rate: self.context.rate(),
             executions: self.executions.load(Ordering::Relaxed),
             ports: self.module.port_infos(),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::{Failure, FailureCode};
+use rts_manager_api::control::{Failure, FailureCode, RealtimeRequest};
 
 use super::context::WantedRate;
 use super::lifecycle::Transition;
@@ -12,6 +12,7 @@ use super::member::Member;
 use super::spawn::check_rate;
 use super::{
     Action, Change, Command, Component, ExecutionContext, Joining, Order, Reply, State, order,
+    realtime,
 };
 use crate::data::Parting;
 use crate::failure::{failure, invalid};
@@ -30,6 +31,7 @@ pub fn run(manager: &Manager, context: &ExecutionContext, orders: &Receiver<Orde
         next: Instant::now(),
         ended: false,
     };
+    realtime::wake_in_time();
     while !runner.ended {
         runner.turn(orders);
     }
@@ -122,12 +124,13 @@ impl<'a> Runner<'a> {
         let Joining {
             component,
             rate,
+            realtime,
             deadline,
             reply,
         } = joining;
         let made = match Instant::now() >= deadline {
             true => Err(component.late("was busy until the request's deadline")),
-            false => self.add(&component, rate),
+            false => self.add(&component, rate, realtime.as_ref()),
         };
         if let Err(failure) = &made {
             component.log.write(Level::Error, &failure.message);
@@ -142,7 +145,16 @@ impl<'a> Runner<'a> {
         }
     }
 
-    fn add(&mut self, component: &Arc<Component>, rate: WantedRate) -> Result<(), Failure> {
+    fn add(
+        &mut self,
+        component: &Arc<Component>,
+        rate: WantedRate,
+        asked: Option<&RealtimeRequest>,
+    ) -> Result<(), Failure> {
+        if let Some(asked) = asked {
+            let others = self.members.iter().map(|member| &*member.component);
+            realtime::join(self.manager, component, asked, others)?;
+        }
         let _ = self.change_rate(self.context.rate_with(rate), rate.said.is_some(), component);
         let member = Member::start(self.manager, component)?;
         self.members.push(member);

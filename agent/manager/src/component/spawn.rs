@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::mpsc::{Receiver, sync_channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::Instant;
 
@@ -67,6 +67,7 @@ pub fn spawn(
             busy: Mutex::default(),
             executions: AtomicU64::new(0),
             timing: Timing::default(),
+            realtime: OnceLock::new(),
             woken: AtomicBool::new(false),
             log,
             loss: Mutex::default(),
@@ -82,25 +83,22 @@ pub fn spawn(
             });
         }
     }
-    let made = join(manager, &component, orders, wanted, deadline);
+    let (reply, answer) = sync_channel(1);
+    let joining = Joining {
+        component: Arc::clone(&component),
+        rate: wanted,
+        realtime: request.realtime.clone(),
+        deadline,
+        reply,
+    };
+    join(manager, joining, orders)?;
+    let made = component.wait(&Pending { answer, deadline });
     made.map(|()| component.identity.incarnation.clone())
 }
 
 /// Makes a component known and hands it to its execution context, which gets its thread with the first one.
-fn join(
-    manager: &Arc<Manager>,
-    component: &Arc<Component>,
-    orders: NewOrders,
-    rate: WantedRate,
-    deadline: Instant,
-) -> Result<(), Failure> {
-    let (reply, answer) = sync_channel(1);
-    let joining = Joining {
-        component: Arc::clone(component),
-        rate,
-        deadline,
-        reply,
-    };
+fn join(manager: &Arc<Manager>, joining: Joining, orders: NewOrders) -> Result<(), Failure> {
+    let component = &Arc::clone(&joining.component);
     let handed = manager.add_component(component).and_then(|()| {
         component.tell(Order::Join(joining))?;
         orders.map_or(Ok(()), |orders| start(manager, component, orders))
@@ -110,7 +108,7 @@ fn join(
         manager.contexts.leave(component);
         return Err(failure);
     }
-    component.wait(&Pending { answer, deadline })
+    Ok(())
 }
 
 /// Starts the thread of an execution context: the only place where one is started.

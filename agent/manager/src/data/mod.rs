@@ -24,11 +24,12 @@ mod order;
 pub mod out_port;
 pub mod outbox;
 pub mod publisher;
-mod rate;
+pub mod rate;
 pub mod receive;
 pub mod sample;
 pub mod sender;
 pub mod source;
+pub mod tap;
 
 use std::collections::BTreeMap;
 

@@ -124,6 +124,7 @@ impl Running {
             log_path: self.log_path(instance).display().to_string(),
             on_disconnect: None,
             stand_in: None,
+            realtime: None,
             execution_context: None,
         })
     }

@@ -212,6 +212,7 @@ fn manager(system: &SystemRef, name: &str) -> ManagerObserved {
         modules: Default::default(),
         opened: Default::default(),
         components: Vec::new(),
+        activity: Default::default(),
     }
 }
 
@@ -242,6 +243,7 @@ fn live(
         rate: spec.execution_context.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,
+        realtime: None,
         ports: Vec::new(),
         connectors,
         bindings: Vec::new(),

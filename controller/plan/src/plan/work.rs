@@ -1,7 +1,9 @@
 //! What a step does.
 
 use rts_schemas::stand_in::Shape;
-use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect, SharedExecutionContext};
+use rts_schemas::system::{
+    Configuration, ExecutionKind, OnDisconnect, Realtime, SharedExecutionContext,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -57,6 +59,9 @@ pub enum Work {
         /// What is made in its place; none for the component itself.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stand_in: Option<Shape>,
+        /// What its execution context is to have of its node; none for nothing of its own.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        realtime: Option<Realtime>,
     },
     /// Set configuration values, the active set and the rate of a component in place.
     Configure {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{
-    Configuration, ConnectorSpec, ExecutionKind, OnDisconnect, SharedExecutionContext,
+    Configuration, ConnectorSpec, ExecutionKind, OnDisconnect, Realtime, SharedExecutionContext,
 };
 
 use crate::plan::{Action, Change, FieldChange, Plan, Step, Work};
@@ -62,6 +62,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             execution_context,
             on_disconnect,
             stand_in,
+            realtime,
             ..
         } => Some(component(&Made {
             node: &step.node,
@@ -73,6 +74,7 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             execution_context: execution_context.as_ref(),
             on_disconnect: *on_disconnect,
             stand_in: stand_in.is_some(),
+            realtime: realtime.clone(),
         })),
         Work::Connect { connector } => Some(self::connector(&connector.spec)),
         _ => None,
@@ -90,6 +92,7 @@ pub(crate) struct Made<'a> {
     pub execution_context: Option<&'a SharedExecutionContext>,
     pub on_disconnect: OnDisconnect,
     pub stand_in: bool,
+    pub realtime: Option<Realtime>,
 }
 
 /// The same as fields, all new.
@@ -115,6 +118,10 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
     if made.on_disconnect != OnDisconnect::Keep {
         fields.push(added("onDisconnect", made.on_disconnect.as_str()));
     }
+    if let Some(realtime) = &made.realtime {
+        let resources = resources(realtime).into_iter();
+        fields.extend(resources.map(|(field, value)| added(field, value)));
+    }
     if let Some(active) = &made.configuration.active {
         fields.push(added("configuration.active", active));
     }
@@ -124,6 +131,28 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
         }
     }
     fields
+}
+
+/// What an execution context is to have of its node, by the keys of an overlay. What is as usual is not said.
+pub(crate) fn resources(asked: &Realtime) -> Vec<(&'static str, String)> {
+    let all = [
+        ("resources.cpus", asked.cpus.clone()),
+        (
+            "resources.realtimePriority",
+            asked.priority.map(|priority| priority.to_string()),
+        ),
+        (
+            "resources.lockMemory",
+            asked.lock_memory.then(|| "true".to_owned()),
+        ),
+        (
+            "resources.required",
+            (!asked.required).then(|| "false".to_owned()),
+        ),
+    ];
+    let said = all.into_iter();
+    said.filter_map(|(field, value)| Some((field, value?)))
+        .collect()
 }
 
 /// What a connector is made with.

@@ -110,6 +110,7 @@ fn create() -> Work {
         rate: Some(100.0),
         on_disconnect: OnDisconnect::Deactivate,
         stand_in: None,
+        realtime: None,
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_plan::desired::{ManagerKey, PlacedConnector};
 use rts_plan::mark::Mark;
-use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
+use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved, RealtimeObserved};
 use rts_plan::plan::{Plan, Step, StepId, Work};
 use rts_plan::target::on;
 use rts_schemas::system::Configuration;
@@ -277,6 +277,7 @@ impl World {
             execution_context,
             on_disconnect,
             stand_in,
+            realtime,
             ..
         } = &step.work
         else {
@@ -304,6 +305,10 @@ impl World {
         component.on_disconnect = *on_disconnect;
         component.stand_in = stand_in.is_some();
         component.rate = rate.unwrap_or(component.rate);
+        component.realtime = realtime.clone().map(|asked| RealtimeObserved {
+            asked,
+            ..RealtimeObserved::default()
+        });
         let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
         check(

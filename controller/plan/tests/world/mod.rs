@@ -274,6 +274,7 @@ impl World {
             modules: BTreeSet::new(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         }
     }
 
@@ -306,6 +307,7 @@ impl World {
             rate: 1000.0,
             executions: 0,
             timing: None,
+            realtime: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),

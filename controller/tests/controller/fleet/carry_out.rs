@@ -10,6 +10,7 @@ use rts_plan::desired::ManagerKey;
 use rts_plan::mark::Mark;
 use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
+    RealtimeObserved,
 };
 use rts_plan::plan::{Step, Work};
 use tokio::sync::watch;
@@ -165,6 +166,7 @@ fn change(state: &mut State, step: &Step) {
             modules: BTreeSet::new(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         }),
         Work::LoadModule {
             manager, type_name, ..
@@ -185,6 +187,7 @@ fn change(state: &mut State, step: &Step) {
             execution_context,
             on_disconnect,
             stand_in,
+            realtime,
         } => at(state, &manager).components.push(ComponentObserved {
             instance,
             type_name,
@@ -206,6 +209,10 @@ fn change(state: &mut State, step: &Step) {
             rate: rate.unwrap_or(1000.0),
             executions: 0,
             timing: None,
+            realtime: realtime.map(|asked| RealtimeObserved {
+                asked,
+                ..RealtimeObserved::default()
+            }),
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),

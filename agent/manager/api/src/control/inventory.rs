@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::SystemId;
+use super::{RealtimeInfo, SystemId};
 
 /// What a module says of itself.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -85,6 +85,19 @@ pub struct ManagerInventory {
     pub opened: BTreeMap<String, String>,
     /// Components.
     pub components: Vec<ComponentInfo>,
+    /// Who looks at ports or writes to them, outside of connectors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub taps: Vec<TapInfo>,
+}
+
+/// A connection that looks at a port, or writes to one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct TapInfo {
+    /// The port as `Instance.port`.
+    pub port: String,
+    /// `print` or `inject`.
+    pub way: String,
 }
 
 /// A component in a manager.
@@ -137,6 +150,9 @@ pub struct ComponentInfo {
     /// How its execution context keeps its time; none before the first cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingInfo>,
+    /// What its execution context has of the machine; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeInfo>,
     /// Ports.
     pub ports: Vec<PortInfo>,
     /// Connectors of its out-ports.
@@ -184,6 +200,9 @@ pub struct ByHandInfo {
 pub struct TimingInfo {
     /// Cycles of a periodic one that were not over when the next was due.
     pub overruns: u64,
+    /// Cycles in the last whole second; none before there was one, or from a manager that does not count them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<u64>,
     /// How long cycles took.
     pub execution: DurationInfo,
     /// How late cycles of a periodic one began.
@@ -191,7 +210,7 @@ pub struct TimingInfo {
     pub jitter: Option<DurationInfo>,
 }
 
-/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+/// Durations in nanoseconds, the shares to a quarter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct DurationInfo {
@@ -201,6 +220,9 @@ pub struct DurationInfo {
     pub median: u64,
     /// 99 of 100 are below.
     pub p99: u64,
+    /// 999 of 1000 are below; 0 from a manager that does not say.
+    #[serde(default)]
+    pub p999: u64,
     /// The longest.
     pub max: u64,
     /// How many are below each power of two and not below half of it, where there are any.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByHandInfo, StandInShape, SystemId};
+use super::{ByHandInfo, RealtimeRequest, StandInShape, SystemId};
 
 /// A request. Responses may come in another order than the requests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,10 @@ pub struct Request {
 /// What to do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one at a time, and it is never moved in a loop"
+)]
 pub enum RequestBody {
     /// Open a module. Answer: `Module`. Idempotent for the same path.
     LoadModule {
@@ -149,7 +153,18 @@ impl RequestBody {
                 *order = None;
                 *by_hand = None;
             }
-            Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+            Self::Create(CreateRequest {
+                on_disconnect,
+                realtime,
+                execution_kind,
+                ..
+            }) => {
+                *on_disconnect = None;
+                *realtime = None;
+                if execution_kind.is_empty() {
+                    "periodic".clone_into(execution_kind);
+                }
+            }
             Self::LoadModule { digest, .. } => *digest = None,
             Self::Disconnect { by_hand, .. } | Self::Deactivate { by_hand, .. } => *by_hand = None,
             Self::Connect(request) => {
@@ -180,7 +195,8 @@ pub struct CreateRequest {
     pub sets: BTreeMap<String, BTreeMap<String, String>>,
     /// Active set.
     pub active: Option<String>,
-    /// `periodic`, `eventDriven` or `other` (driven from outside by `Tick`); empty for what the module wants.
+    /// `periodic`, `eventDriven` or `other` (driven from outside by `Tick`); empty for what the module wants. Since
+    /// version 2 it may be empty.
     pub execution_kind: String,
     /// Rate in Hz; none for the module's default.
     pub rate: Option<f64>,
@@ -192,6 +208,9 @@ pub struct CreateRequest {
     /// A stand-in is made, of this and without a module. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<StandInShape>,
+    /// What its execution context is to have of the machine; none for nothing of its own. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeRequest>,
     /// The execution context that it shares with others; none for one of its own. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub execution_context: Option<Box<ExecutionContextRequest>>,
