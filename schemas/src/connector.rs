@@ -7,6 +7,8 @@ mod read;
 
 use std::time::Duration;
 
+use crate::cdr::Endian;
+
 pub use names::meant;
 pub use reach::{Distance, OutOfReach};
 pub use read::{Fault, read};
@@ -33,8 +35,8 @@ pub struct ConnectorSettings {
     pub subscription: Subscription,
     /// What reaches the other end.
     pub interface: Interface,
-    /// `dataport.serializer.cdr.endian` as written; empty when nothing is said.
-    pub endian: String,
+    /// Order of the bytes of samples between two processes.
+    pub endian: Endian,
     /// At the out-port end.
     pub out_buffer: BufferSettings,
     /// At the in-port end.
@@ -147,7 +149,7 @@ impl Default for ConnectorSettings {
             dataflow: Dataflow::Push,
             subscription: Subscription::Flush,
             interface: Interface::Best,
-            endian: String::new(),
+            endian: Endian::Little,
             out_buffer: BufferSettings::default(),
             in_buffer: BufferSettings::default(),
         }

@@ -1,6 +1,6 @@
 //! Data types of data ports and their encoding: CDR (XCDR1) without an encapsulation header.
 //!
-//! Ports send little endian; what arrives may have either order. docs/adr/0019-cdr.md says what CDR leaves open.
+//! Components write and read little endian; tools may use either order. docs/adr/0019-cdr.md says what CDR leaves open.
 
 mod cdr;
 mod generated;
