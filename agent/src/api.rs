@@ -6,6 +6,7 @@ mod bindings;
 mod health;
 mod managers;
 mod node;
+mod timings;
 
 use std::sync::Arc;
 
@@ -56,6 +57,7 @@ fn documented() -> OpenApiRouter<Arc<Agent>> {
         .routes(routes!(managers::create_component))
         .routes(routes!(managers::delete_component))
         .routes(routes!(acts::act))
+        .routes(routes!(timings::timings))
 }
 
 /// The description of the API.

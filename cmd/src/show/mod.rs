@@ -15,3 +15,4 @@ pub mod sarif;
 pub mod simulated;
 pub mod stream;
 pub mod table;
+pub mod timings;
