@@ -10,6 +10,7 @@ mod in_vain;
 mod manager;
 mod module;
 mod queue;
+mod realtime;
 mod stand_in;
 mod unbind;
 mod verb;
@@ -28,7 +29,6 @@ use tokio::task::{Id, JoinSet};
 use tokio::time::{Instant, sleep_until, timeout_at};
 use tracing::{Instrument, info_span};
 
-pub(crate) use component::kind_name;
 use queue::Armed;
 #[cfg(test)]
 use queue::BatchFault;

@@ -9,6 +9,7 @@ mod modules;
 mod narrow;
 mod placed;
 mod places;
+mod reach;
 mod silent;
 mod size;
 mod stand_ins;
@@ -118,6 +119,7 @@ pub async fn examine(
     let placed = core.place(Some(&candidate));
     let needs = needs(&placed, &candidate);
     faults.extend(needs.faults);
+    faults.extend(reach::reach(&placed, &candidate));
     let types = needs.types;
     let found = modules::resolve(core, &candidate.spec, &types);
     let found = found

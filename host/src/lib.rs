@@ -9,3 +9,4 @@ pub mod home;
 pub mod identity;
 pub mod process;
 pub mod timing;
+pub mod usage;

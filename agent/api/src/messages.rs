@@ -2,6 +2,7 @@
 
 mod act;
 mod bind;
+mod port;
 mod timings;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ use utoipa::ToSchema;
 
 pub use self::act::{Act, ActRequest, Acted, MAX_TICKS};
 pub use self::bind::{BindRequest, Bound};
+pub use self::port::{InjectLine, InjectQuery, Injected, PortEvent};
 pub use self::timings::{TimedSpan, Timings, TimingsQuery, micros};
 
 /// Who an agent is.

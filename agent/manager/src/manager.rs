@@ -1,6 +1,7 @@
 //! What a manager holds. Its locks are held for look-ups only, never while a component or a peer is waited for.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -8,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{Failure, Hello};
 
-use crate::component::Component;
+use crate::component::{Component, Contexts};
 use crate::data::Parting;
 use crate::data::binding::Bindings;
 use crate::events::Events;
@@ -18,6 +19,7 @@ use crate::module::loading::Loading;
 use crate::pool::Pool;
 use crate::slots::Slots;
 use crate::sync::lock;
+use crate::tap;
 
 /// Components of one manager that may exist at once.
 const MAX_COMPONENTS: usize = 4096;
@@ -32,6 +34,8 @@ const MAX_REQUESTS: usize = 64;
 pub struct Manager {
     /// What it answers to a greeting.
     pub hello: Hello,
+    /// Where it does, for connectors that take a transport though both ends are here.
+    pub socket: PathBuf,
     /// Modules that are open, by type.
     pub modules: Mutex<BTreeMap<String, Arc<Module>>>,
     /// Type name → digest of the file that was opened for it, as far as it was told; never forgotten.
@@ -44,8 +48,12 @@ pub struct Manager {
     pub events: Events,
     /// Outgoing data connections.
     pub outgoing: Slots,
+    /// Who looks at ports or writes to them.
+    pub taps: tap::List,
     /// Threads for requests.
     pub pool: Pool,
+    /// Execution contexts that components share.
+    pub contexts: Contexts,
     components: Mutex<BTreeMap<String, Arc<Component>>>,
     stopping: AtomicBool,
 }
@@ -61,16 +69,19 @@ pub enum Leftovers {
 
 impl Manager {
     /// An empty manager.
-    pub fn new(hello: Hello) -> Self {
+    pub fn new(hello: Hello, socket: PathBuf) -> Self {
         Self {
             hello,
+            socket,
             modules: Mutex::default(),
             opened: Mutex::default(),
             loading: Arc::default(),
             bindings: Bindings::default(),
             events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
+            taps: tap::List::default(),
             pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
+            contexts: Contexts::default(),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
         }
@@ -176,7 +187,7 @@ impl Manager {
         for connector in component.take_connectors(|_| true) {
             connector.close(parting);
             let request = &connector.request;
-            if parting == Parting::Loss && request.target_socket.is_none() {
+            if parting == Parting::Loss && connector.is_direct() {
                 self.lose(&request.target_instance, &request.connector);
             }
         }

@@ -12,6 +12,8 @@ use crate::abi::{self, Host, Module, Text, return_code};
 use crate::component::Component;
 use crate::context::Context;
 use crate::descriptor::{Declaration, describe};
+use crate::sized::{self, Misfit};
+use crate::waker::Wakers;
 use crate::{ReturnCode, RtcError, RtcResult, text};
 
 /// Makes this crate a module with one component type. The crate needs `crate-type = ["cdylib"]`.
@@ -66,7 +68,10 @@ impl ModuleCell {
 struct Instance<C> {
     component: C,
     declaration: Declaration,
-    host: *const Host,
+    /// As far as this SDK knows it; what the manager does not know is zero.
+    host: Host,
+    /// Ends after the component, whose drop may end threads that use it.
+    wakers: Wakers,
 }
 
 /// Makes an instance.
@@ -77,17 +82,18 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
     host: *const Host,
     instance: *mut *mut c_void,
 ) -> i32 {
-    if host.is_null() || instance.is_null() {
+    if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: not null, and the manager keeps it for as long as the instance. Version and size come first in every
-    // version of the struct, so they may be read before anything else.
-    let (version, size) = unsafe { ((*host).abi_version, (*host).size) };
-    if version != abi::ABI_VERSION || (size as usize) < size_of::<Host>() {
-        return return_code::UNSUPPORTED;
-    }
-    // SAFETY: it is a host of this version.
-    let made = guard(unsafe { &*host }, |_| {
+    // SAFETY: a manager passes a host that is as long as it says, and its functions hold for as long as the instance.
+    let host = match unsafe { sized::read(host) } {
+        Ok(host) => host,
+        Err(Misfit::Null) => return return_code::BAD_PARAMETER,
+        Err(_) => return return_code::UNSUPPORTED,
+    };
+    // SAFETY: they belong to the instance.
+    let wakers = unsafe { Wakers::new(&host) };
+    let made = guard(&host, &wakers, |_| {
         let mut declaration = Declaration::default();
         let component = C::declare(&mut declaration);
         if let Some(problem) = declaration.problem() {
@@ -96,14 +102,16 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
                 C::TYPE.name
             )));
         }
-        Ok(Box::new(Instance {
-            component,
-            declaration,
-            host,
-        }))
+        Ok((component, declaration))
     });
     match made {
-        Ok(made) => {
+        Ok((component, declaration)) => {
+            let made = Box::new(Instance {
+                component,
+                declaration,
+                host,
+                wakers,
+            });
             // SAFETY: not null; the manager gave a place to write to.
             unsafe { *instance = Box::into_raw(made).cast() };
             return_code::OK
@@ -137,14 +145,15 @@ pub(crate) unsafe extern "C" fn callback<C: Component>(
     if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
-    let (instance, host) = unsafe {
-        let instance = &mut *instance.cast::<Instance<C>>();
-        let host = &*instance.host;
-        (instance, host)
-    };
-    let called = guard(host, |ctx| {
-        dispatch(&mut instance.component, callback, ctx)?;
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
+    let Instance {
+        component,
+        host,
+        wakers,
+        ..
+    } = unsafe { &mut *instance.cast::<Instance<C>>() };
+    let called = guard(host, wakers, |ctx| {
+        dispatch(component, callback, ctx)?;
         Ok(ctx.is_default(callback))
     });
     match called {
@@ -165,16 +174,17 @@ pub(crate) unsafe extern "C" fn configure<C: Component>(
     if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
-    let (instance, host) = unsafe {
-        let instance = &*instance.cast::<Instance<C>>();
-        (instance, &*instance.host)
-    };
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
+    let Instance {
+        declaration,
+        host,
+        wakers,
+        ..
+    } = unsafe { &*instance.cast::<Instance<C>>() };
     // SAFETY: the manager lends both texts for the time of the call.
     let (name, value) = unsafe { (text::read(name), text::read(value)) };
-    code(guard(host, |_| {
-        instance
-            .declaration
+    code(guard(host, wakers, |_| {
+        declaration
             .assign(&name, &value)
             .map_err(RtcError::bad_parameter)
     }))
@@ -207,8 +217,12 @@ fn code<T>(result: Result<T, i32>) -> i32 {
 }
 
 /// Runs what the author wrote; an error or a panic becomes a reason for the manager and a return code.
-fn guard<T>(host: &Host, run: impl FnOnce(&mut Context<'_>) -> RtcResult<T>) -> Result<T, i32> {
-    let mut ctx = Context::new(host);
+fn guard<T>(
+    host: &Host,
+    wakers: &Wakers,
+    run: impl FnOnce(&mut Context<'_>) -> RtcResult<T>,
+) -> Result<T, i32> {
+    let mut ctx = Context::new(host, wakers);
     match catch(|| run(&mut ctx)) {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => {

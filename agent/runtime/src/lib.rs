@@ -52,9 +52,11 @@ pub mod export;
 mod loan;
 mod port_status;
 mod ports;
+pub mod sized;
 pub mod testing;
 mod text;
 pub mod types;
+mod waker;
 
 pub use component::{Component, ExecutionKind, TypeInfo};
 pub use configuration::{Config, ParameterError, ParameterValue};
@@ -64,6 +66,7 @@ pub use error::{ReturnCode, RtcError, RtcResult};
 pub use loan::Loan;
 pub use port_status::PortStatus;
 pub use ports::{InPort, OutPort};
+pub use waker::Waker;
 /// Types that are generated from IDL name it so.
 extern crate self as rts_runtime;
 

@@ -6,13 +6,16 @@
 mod header;
 
 use std::ptr;
+use std::sync::Mutex;
+use std::thread::{self, JoinHandle};
 
 use rts_runtime::abi::{self, Entry, Host, Module, callback};
+use rts_runtime::sized::Sized32 as _;
 use rts_runtime::testing::TestHost;
 use rts_runtime::types::{DataType, TimedDouble, TimedLong};
 use rts_runtime::{
     Component, Config, Context, Declaration, InPort, OutPort, ReturnCode, RtcError, RtcResult,
-    TypeInfo,
+    TypeInfo, Waker,
 };
 
 struct Echo {
@@ -149,8 +152,8 @@ fn failures_carry_code_and_reason() {
         [
             "PRECONDITION_NOT_MET: the motor is hot",
             "UNSUPPORTED: this module knows no callback 99",
-            "BAD_PARAMETER: parameter `offset`: cannot read `1.5`, expected a 32-bit integer",
-            "BAD_PARAMETER: no parameter `speed`; the type has offset",
+            "BAD_PARAMETER: parameter `offset` = `1.5`: expected a 32-bit integer",
+            "BAD_PARAMETER: parameter `speed` = `1`: there is no such parameter; the type has offset",
         ]
     );
 }
@@ -174,12 +177,14 @@ fn a_sample_of_another_type_or_length_is_refused() {
 
 #[test]
 fn a_host_of_another_version_is_refused_before_it_is_used() {
-    let prefix = [abi::ABI_VERSION + 1, size_of::<Host>() as u32];
-    let short = [abi::ABI_VERSION, 8];
+    #[repr(align(8))]
+    struct Head(#[allow(dead_code)] [u32; 2]); // The module reads it.
+    let prefix = Head([abi::ABI_VERSION + 1, size_of::<Host>() as u32]);
+    let short = Head([abi::ABI_VERSION, Host::V1_SIZE as u32 - 8]);
     let mut instance = ptr::null_mut();
     for host in [&prefix, &short] {
         // SAFETY: of an unknown version only the first two fields are read.
-        let code = unsafe { (module().create)(host.as_ptr().cast(), &raw mut instance) };
+        let code = unsafe { (module().create)(ptr::from_ref(host).cast(), &raw mut instance) };
         assert_eq!(code, abi::return_code::UNSUPPORTED);
         assert!(instance.is_null());
     }
@@ -224,4 +229,66 @@ fn a_wrong_declaration_fails_at_create_with_the_reason() {
     );
     let panic = TestHost::of::<Broken<1>>().unwrap_err();
     assert!(panic.reason.ends_with(": no declaration"), "{panic}");
+}
+
+/// Wakes itself by a thread that its drop ends, and lends its waker to whoever wants it.
+struct Threaded {
+    thread: Option<JoinHandle<RtcResult>>,
+}
+
+static LENT: Mutex<Option<Waker>> = Mutex::new(None);
+static AT_DROP: Mutex<Option<RtcResult>> = Mutex::new(None);
+
+impl Component for Threaded {
+    const TYPE: TypeInfo = TypeInfo {
+        name: "Threaded",
+        ..Echo::TYPE
+    };
+
+    fn declare(_: &mut Declaration) -> Self {
+        Self { thread: None }
+    }
+
+    fn on_activated(&mut self, ctx: &mut Context<'_>) -> RtcResult {
+        let waker = ctx.waker();
+        *LENT.lock().expect("nobody panics") = Some(waker.clone());
+        self.thread = Some(thread::spawn(move || (0..3).try_for_each(|_| waker.wake())));
+        Ok(())
+    }
+}
+
+impl Drop for Threaded {
+    fn drop(&mut self) {
+        let ended = self
+            .thread
+            .take()
+            .map(|thread| thread.join().expect("nobody panics"));
+        let waker = LENT.lock().expect("nobody panics").clone();
+        *AT_DROP.lock().expect("nobody panics") =
+            ended.and_then(|ended| Some(ended.and(waker?.wake())));
+    }
+}
+
+#[test]
+fn any_thread_wakes_a_component_until_it_has_ended() {
+    let mut host = TestHost::of::<Threaded>().unwrap();
+    host.activate().unwrap();
+    let lent = LENT.lock().unwrap().clone().unwrap();
+    lent.wake().unwrap();
+    let woken = loop {
+        match host.take_woken() {
+            0 => thread::yield_now(),
+            some => break some,
+        }
+    };
+    assert!((1..=4).contains(&woken), "{woken}");
+    drop(host);
+    let at_drop = AT_DROP.lock().unwrap().take().unwrap();
+    assert!(
+        at_drop.is_ok(),
+        "it still is when it is dropped: {at_drop:?}"
+    );
+    let late = lent.wake().unwrap_err();
+    assert_eq!(late.code(), ReturnCode::PreconditionNotMet);
+    assert_eq!(late.reason(), "the component cannot be woken: it has ended");
 }

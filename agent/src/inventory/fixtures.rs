@@ -24,9 +24,11 @@ pub(super) fn bare(instance: &str) -> ComponentInfo {
         defaults: Default::default(),
         busy: None,
         execution_kind: "periodic".to_owned(),
+        execution_context: None,
         rate: 1.0,
         executions: 0,
         timing: None,
+        realtime: None,
         ports: Vec::new(),
         connectors: Vec::new(),
         bindings: Vec::new(),
@@ -51,6 +53,8 @@ pub(super) fn view(components: Vec<ComponentInfo>) -> View {
             modules: Default::default(),
             opened: Default::default(),
             components,
+            taps: Vec::new(),
         },
+        usage: None,
     }
 }

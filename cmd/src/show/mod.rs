@@ -13,6 +13,7 @@ pub mod progress;
 pub mod samples;
 pub mod sarif;
 pub mod simulated;
+pub mod size;
 pub mod stream;
 pub mod table;
 pub mod timings;

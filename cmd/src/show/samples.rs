@@ -3,11 +3,12 @@
 use jiff::Timestamp;
 use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{
-    Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView, Event,
-    EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata, Node,
-    NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus,
+    Activity, Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView,
+    Event, EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata,
+    Node, NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus, TapObserved, Usage,
 };
-use rts_schemas::system::{PortKind, SystemSpec};
+use rts_plan::observed::{DurationsObserved, PortObserved, RealtimeObserved, TimingObserved};
+use rts_schemas::system::{Direction, PortKind, SystemSpec};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -38,6 +39,7 @@ fn object<S, T>(kind: Kind, name: &str, spec: S, status: T) -> Object<S, T> {
 /// The hello system, converged.
 pub fn system() -> System {
     let spec = SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: "RTSystem:rtsctl:hello:1.0".to_owned(),
         components: Vec::new(),
@@ -73,6 +75,33 @@ fn node() -> Node {
     object(Kind::Node, "local", spec, status)
 }
 
+fn timing() -> TimingObserved {
+    let durations = |median| DurationsObserved {
+        count: 12_000,
+        median,
+        p99: 3 * median,
+        p999: 9 * median,
+        max: 40 * median,
+        buckets: Vec::new(),
+    };
+    TimingObserved {
+        overruns: 3,
+        reached: Some(99),
+        execution: durations(5_120),
+        jitter: Some(durations(57_344)),
+    }
+}
+
+fn realtime() -> RealtimeObserved {
+    RealtimeObserved {
+        scheduler: "SCHED_FIFO".to_owned(),
+        priority: 50,
+        cpus: "2-3".to_owned(),
+        memory_locked: true,
+        ..RealtimeObserved::default()
+    }
+}
+
 fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &str) -> Component {
     let spec = ComponentView {
         system: system.to_owned(),
@@ -88,6 +117,14 @@ fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &s
         drift: system.is_empty(),
         rate: Some(100.0),
         executions: 12_000,
+        timing: (system == "hello").then(timing),
+        realtime: (name == "Sine0").then(realtime),
+        ports: vec![PortObserved {
+            name: "out".to_owned(),
+            kind: PortKind::Data,
+            direction: Some(Direction::Out),
+            data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+        }],
         created: ago(5),
         ..ComponentStatus::default()
     };
@@ -136,6 +173,16 @@ fn manager() -> Manager {
         modules: vec!["LowPassFilter".to_owned(), "SineSource".to_owned()],
         incarnation: "i".to_owned(),
         started: ago(300),
+        activity: Activity {
+            taps: vec![TapObserved {
+                port: "Sine0.out".to_owned(),
+                way: "print".to_owned(),
+            }],
+            usage: Some(Usage {
+                cpu_ms: 780,
+                memory: 8_257_536,
+            }),
+        },
     };
     object(Kind::Manager, "hello.main", spec, status)
 }

@@ -6,7 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
+use rts_transport::Kind;
 
+use super::choose::name;
 use super::in_port::InPort;
 use super::outbox::Outbox;
 use super::rate::Rate;
@@ -25,9 +27,13 @@ pub struct Connector {
     /// The one whose place it takes had lost its other end.
     pub replaces_lost: bool,
     link: Mutex<Link>,
+    transport: Mutex<Option<Kind>>,
+    /// Number of the last sample; those that were refused have one, too.
+    last: AtomicU64,
     sent: AtomicU64,
     bytes: AtomicU64,
     drops: AtomicU64,
+    refused: AtomicU64,
     rate: Rate,
 }
 
@@ -52,8 +58,8 @@ pub enum Link {
         /// Where samples wait for a publisher, or for a reader that fetches; without it they are handed over at once.
         outbox: Option<Arc<Outbox>>,
     },
-    /// Over a socket.
-    Socket(Arc<Sender>),
+    /// In another process.
+    Between(Arc<Sender>),
     /// It ended, and how.
     Closed(Parting),
 }
@@ -63,7 +69,15 @@ impl Link {
         match self {
             Self::Connecting | Self::Closed(_) => false,
             Self::Direct { source, .. } => source.is_open(),
-            Self::Socket(_) => true,
+            Self::Between(_) => true,
+        }
+    }
+
+    fn transport(&self) -> Option<Kind> {
+        match self {
+            Self::Connecting | Self::Closed(_) => None,
+            Self::Direct { .. } => Some(Kind::InProcess),
+            Self::Between(sender) => Some(sender.kind),
         }
     }
 
@@ -73,7 +87,7 @@ impl Link {
             Self::Direct { port, source, .. } => {
                 port.close(source, parting);
             }
-            Self::Socket(sender) => sender.close(parting),
+            Self::Between(sender) => sender.close(parting),
         }
     }
 }
@@ -86,9 +100,12 @@ impl Connector {
             request,
             replaces_lost,
             link: Mutex::new(Link::Connecting),
+            transport: Mutex::default(),
+            last: AtomicU64::new(0),
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             drops: AtomicU64::new(0),
+            refused: AtomicU64::new(0),
             rate: Rate::default(),
         }
     }
@@ -97,6 +114,7 @@ impl Connector {
     pub fn establish(&self, link: Link) -> bool {
         let mut current = lock(&self.link);
         if matches!(*current, Link::Connecting) {
+            *lock(&self.transport) = link.transport();
             *current = link;
             true
         } else {
@@ -120,13 +138,13 @@ impl Connector {
             return Ok(());
         }
         let size = payload.len() as u64;
-        self.rate.count(written);
         self.bytes.fetch_add(size, Ordering::Relaxed);
-        // Only the owner's thread writes, so the number cannot be taken twice. A reader must not count it earlier.
-        let sequence = self.sent.fetch_add(1, Ordering::Release) + 1;
+        // Before a reader can count it.
+        self.sent.fetch_add(1, Ordering::Release);
         let sample = Sample {
-            sequence,
-            written,
+            // Only the owner's thread writes, so the number cannot be taken twice.
+            sequence: self.last.fetch_add(1, Ordering::Relaxed) + 1,
+            time: written,
             payload: payload.clone(),
         };
         let (offered, drops) = match &link {
@@ -136,32 +154,39 @@ impl Connector {
                 ..
             } => outbox.offer(sample),
             Link::Direct { port, source, .. } => (port.offer(source, sample), 0),
-            Link::Socket(sender) => sender.offer(sample),
+            Link::Between(sender) => sender.offer(sample),
         };
         self.drops.fetch_add(drops, Ordering::Relaxed);
+        if offered.is_ok() {
+            self.rate.count(written);
+        }
         offered.map_err(|sample| Full { link, sample })
     }
 
-    /// Waits for room for a sample that found none, as the policy says.
+    /// Waits for room for a sample that found none, as the policy says. One that is refused was not sent.
     pub fn wait(&self, full: Full, began: Instant) -> Written {
         let Full { link, sample } = full;
-        let outbox = match &link {
-            Link::Connecting | Link::Closed(_) => return Written::Taken,
-            // What is dropped at the in-port is counted there.
+        let (size, time) = (sample.payload.len() as u64, sample.time);
+        let written = match &link {
+            Link::Connecting | Link::Closed(_) => Written::Taken,
             Link::Direct {
                 port,
                 source,
                 outbox: None,
-            } => return port.wait(source, sample, began, || true),
+            } => port.wait(source, sample, began, || true),
             Link::Direct {
                 outbox: Some(outbox),
                 ..
-            } => outbox,
-            Link::Socket(sender) => &sender.outbox,
+            } => outbox.wait(sample, began),
+            Link::Between(sender) => sender.outbox.wait(sample, began),
         };
-        let written = outbox.wait(sample, began);
-        if written != Written::Taken {
+        if written == Written::Taken {
+            self.rate.count(time);
+        } else {
             self.drops.fetch_add(1, Ordering::Relaxed);
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            self.sent.fetch_sub(1, Ordering::Release);
+            self.bytes.fetch_sub(size, Ordering::Relaxed);
         }
         written
     }
@@ -178,7 +203,7 @@ impl Connector {
                 outbox: Some(outbox),
                 ..
             } => outbox.has_sleepers(),
-            Link::Socket(sender) => sender.outbox.has_sleepers(),
+            Link::Between(sender) => sender.outbox.has_sleepers(),
         }
     }
 
@@ -197,7 +222,7 @@ impl Connector {
         match &*lock(&self.link) {
             Link::Connecting => "Connecting",
             Link::Direct { source, .. } if source.is_open() => "Connected",
-            Link::Socket(_) => "Connected",
+            Link::Between(_) => "Connected",
             Link::Direct { .. } | Link::Closed(_) => "Disconnected",
         }
     }
@@ -207,17 +232,19 @@ impl Connector {
         match &*lock(&self.link) {
             Link::Connecting => self.replaces_lost,
             Link::Direct { source, .. } => source.is_lost(),
-            Link::Socket(_) => false,
+            Link::Between(_) => false,
             Link::Closed(parting) => *parting == Parting::Loss,
         }
     }
 
+    /// True when both ends are, or were, in this process and need no transport.
+    pub fn is_direct(&self) -> bool {
+        *lock(&self.transport) == Some(Kind::InProcess)
+    }
+
     /// What the inventory shows.
     pub fn info(&self) -> ConnectorInfo {
-        let transport = match self.request.target_socket {
-            None => "direct",
-            Some(_) => "uds",
-        };
+        let transport = lock(&self.transport).map_or("", name);
         ConnectorInfo {
             name: self.request.connector.clone(),
             port: self.request.port.clone(),
@@ -231,6 +258,7 @@ impl Connector {
             samples_sent: self.sent.load(Ordering::Acquire),
             bytes: self.bytes.load(Ordering::Relaxed),
             drops: self.drops.load(Ordering::Relaxed),
+            refused: self.refused.load(Ordering::Relaxed),
             rate: self.rate.at(now()),
         }
     }

@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Read, Source};
-use crate::ends::Close;
-use crate::frame::{Decoder, Message};
-use crate::{Closer, Ended, Parting, Receiver, Sample};
+use crate::ends::End;
+use crate::frame::{Decoder, Framing, Message};
+use crate::socket::GOOD_BYE;
+use crate::{Ended, Handle, Parting, Question, Receiver, Sample};
 
 /// Receives samples as frames.
 #[derive(Debug)]
@@ -25,13 +26,13 @@ struct Shared<S> {
 
 impl<S: Source> StreamReceiver<S> {
     /// Over a source whose other end has agreed.
-    pub fn new(source: S) -> Self {
+    pub fn new(source: S, framing: Framing) -> Self {
         Self {
             shared: Arc::new(Shared {
                 source,
                 closed: AtomicBool::new(false),
             }),
-            decoder: Decoder::default(),
+            decoder: Decoder::new(framing),
             ended: None,
         }
     }
@@ -49,14 +50,8 @@ impl<S: Source> StreamReceiver<S> {
     }
 
     fn read(&mut self, patience: Option<Duration>) -> Result<Option<Sample>, Ended> {
-        let mut wait = patience;
-        // Most samples need no clock; the first look at it comes after the first wait.
+        // A sample that is here already needs no clock.
         let mut begun = None;
-        let mut left = |patience: Option<Duration>| {
-            let begun = begun.get_or_insert_with(Instant::now);
-            let left = patience?.saturating_sub(begun.elapsed());
-            (!left.is_zero()).then_some(left)
-        };
         loop {
             // A close of this side wins over all that is still there.
             if self.shared.closed.load(Ordering::Acquire) {
@@ -67,13 +62,16 @@ impl<S: Source> StreamReceiver<S> {
                 Some(Message::GoodBye) => return Err(Ended::GoodBye),
                 None => {}
             }
+            // One that comes in parts is waited for no longer than one that does not come.
+            let left = patience.map(|patience| {
+                let begun = begun.get_or_insert_with(Instant::now);
+                patience.saturating_sub(begun.elapsed())
+            });
             let (space, limit) = self.decoder.space();
-            match self.shared.source.read(space, limit, wait) {
+            match self.shared.source.read(space, limit, left) {
                 Ok(Read::Some) => {}
-                Ok(Read::Nothing) => match left(patience) {
-                    None => return Ok(None),
-                    left => wait = left,
-                },
+                Ok(Read::Nothing) if left.is_none_or(|left| left.is_zero()) => return Ok(None),
+                Ok(Read::Nothing) => {}
                 Ok(Read::End) => return Err(self.judge_end()),
                 Err(error) => return Err(self.judge(Ended::lost(error))),
             }
@@ -106,20 +104,28 @@ impl<S: Source> Receiver for StreamReceiver<S> {
         self.next(Some(patience))
     }
 
-    fn closer(&self) -> Closer {
-        Closer::new(Arc::clone(&self.shared) as Arc<dyn Close>)
+    fn handle(&self) -> Handle {
+        Handle::new(Arc::clone(&self.shared) as Arc<dyn End>)
     }
 }
 
-impl<S: Source> Close for Shared<S> {
+impl<S: Source> End for Shared<S> {
     fn close(&self, parting: Parting) {
         if self.closed.swap(true, Ordering::AcqRel) {
             return;
         }
         if parting == Parting::GoodBye {
-            self.source.say_good_bye();
+            self.source.say(GOOD_BYE);
         }
         self.source.shut();
+    }
+
+    fn has_gone(&self) -> bool {
+        self.source.has_gone()
+    }
+
+    fn ask(&self, question: Question) -> bool {
+        !self.closed.load(Ordering::Acquire) && self.source.say(question.byte())
     }
 }
 

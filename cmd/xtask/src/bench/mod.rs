@@ -3,6 +3,7 @@
 mod dataport;
 mod floors;
 mod heal;
+mod jitter;
 mod launch;
 mod plan;
 mod read;
@@ -61,6 +62,8 @@ enum Bench {
     Read(read::Args),
     /// Latency, throughput and allocations of the transports of data ports, beside their floors.
     Dataport(dataport::Args),
+    /// How late the cycles of a 1 kHz component begin, with and without SCHED_FIFO and load.
+    Jitter(jitter::Args),
 }
 
 /// Runs one benchmark.
@@ -71,5 +74,6 @@ pub fn run(args: &Args) -> Result<()> {
         Bench::Plan(args) => plan::run(args),
         Bench::Read(args) => read::run(args),
         Bench::Dataport(args) => dataport::run(args),
+        Bench::Jitter(args) => jitter::run(args),
     }
 }

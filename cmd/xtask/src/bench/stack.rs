@@ -46,6 +46,11 @@ impl Stack {
 
     /// Runs `rtsctl`, which must succeed.
     pub fn rtsctl(&self, arguments: &[&str]) -> Result<()> {
+        self.output(arguments).map(drop)
+    }
+
+    /// The same, and what it prints.
+    pub fn output(&self, arguments: &[&str]) -> Result<String> {
         let mut command = Command::new(&self.rtsctl);
         command
             .args(arguments)
@@ -62,7 +67,7 @@ impl Stack {
                 String::from_utf8_lossy(&output.stderr)
             );
         }
-        Ok(())
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 }
 

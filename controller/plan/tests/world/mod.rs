@@ -274,6 +274,7 @@ impl World {
             modules: BTreeSet::new(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         }
     }
 
@@ -301,9 +302,12 @@ impl World {
             hangs: None,
             on_disconnect: OnDisconnect::default(),
             execution_kind: ExecutionKind::Periodic,
+            execution_context: None,
+            runs_with: Vec::new(),
             rate: 1000.0,
             executions: 0,
             timing: None,
+            realtime: None,
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),

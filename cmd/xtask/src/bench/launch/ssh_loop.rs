@@ -87,6 +87,8 @@ fn activate(folder: &Path, module: &Path) -> Result<Client> {
             log_path: folder.join("log").display().to_string(),
             on_disconnect: None,
             stand_in: None,
+            realtime: None,
+            execution_context: None,
         }),
         RequestBody::Activate { instance },
     ];
