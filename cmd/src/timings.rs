@@ -34,6 +34,11 @@ impl Laps {
         self.last = end;
     }
 
+    /// None has ended.
+    pub fn is_empty(&self) -> bool {
+        self.spans.is_empty()
+    }
+
     /// The laps and what was done meanwhile, as text.
     pub async fn text(mut self, controller: &Controller) -> Result<String, CliError> {
         let asked = now();

@@ -64,7 +64,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let mut laps = Laps::default();
     let timings = args.timings;
     let outcome = apply(args, session, &mut laps).await;
-    if !timings {
+    if !timings || laps.is_empty() {
         return outcome;
     }
     match tell_timings(laps, session).await {
@@ -101,8 +101,8 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
         // The answer to the apply tells it.
         None => None,
     };
-    laps.lap(timings::PLAN);
     if let Some(plan) = &plan {
+        laps.lap(timings::PLAN);
         expected(&args.expect, &input, plan, session)?;
     }
     let input = args.expect.added(input);
