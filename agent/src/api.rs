@@ -6,6 +6,7 @@ mod bindings;
 mod health;
 mod managers;
 mod node;
+mod ports;
 
 use std::sync::Arc;
 
@@ -34,7 +35,12 @@ type Answer<T> = Result<T, ProblemResponse>;
         title = "rts-agent",
         description = "The agent of a node: takes its desired set, carries out batches, and says what really runs."
     ),
-    components(schemas(rts_agent_api::messages::BatchEvent, Problem))
+    components(schemas(
+        rts_agent_api::messages::BatchEvent,
+        rts_agent_api::messages::InjectLine,
+        rts_agent_api::messages::PortEvent,
+        Problem
+    ))
 )]
 struct Doc;
 
@@ -47,6 +53,7 @@ fn documented() -> OpenApiRouter<Arc<Agent>> {
         .routes(routes!(node::node_spec, node::put_node_spec))
         .routes(routes!(node::resolve))
         .routes(routes!(node::log))
+        .routes(routes!(ports::samples, ports::inject))
         .routes(routes!(batches::run_batch))
         .routes(routes!(batches::release))
         .routes(routes!(bindings::bind))

@@ -196,6 +196,7 @@ async fn ask(manager: &Manager) -> View {
     // One that was silent before may stay so for long, and is not waited for.
     let patience = if answered { DYING } else { Duration::ZERO };
     let dies = answer.is_err() && dies(manager, patience).await;
+    let usage = manager.usage();
     let mut seen = lock(&manager.seen);
     match answer {
         Ok(ResponseBody::Inventory(inventory)) => seen.keep(inventory, made),
@@ -212,5 +213,6 @@ async fn ask(manager: &Manager) -> View {
         silent: None,
         unseen: !seen.responsive && seen.may_hold_more(),
         inventory: seen.inventory.clone(),
+        usage,
     }
 }

@@ -34,6 +34,7 @@ mod run;
 mod serve;
 mod session;
 mod start;
+mod tap;
 
 pub use agent::StartError;
 pub use config::Config;

@@ -13,6 +13,7 @@ use std::time::Duration;
 use futures_util::future::BoxFuture;
 use rts_agent_api::messages::{ModuleDescription, ModuleFile, ModuleResolution};
 use rts_manager_api::files::ManagerFile;
+use rts_plan::observed::Usage;
 use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::agent::StartError;
@@ -60,6 +61,10 @@ pub trait Family: Debug + Send + Sync {
     fn pid(&self) -> u32;
     /// True when the leader has ended; a zombie has.
     fn has_ended(&self) -> bool;
+    /// What the leader uses of the machine; none where nobody knows.
+    fn usage(&self) -> Option<Usage> {
+        None
+    }
     /// Sends each of them a signal, once.
     fn signal(&self, signal: Signal) -> BoxFuture<'_, ()>;
     /// Kills all of them, waits until they are gone, and frees what held them; false when somebody still lives at the

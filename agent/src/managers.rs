@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use rts_manager_api::control::ManagerInventory;
 use rts_plan::desired::{ManagerKey, SystemRef};
+use rts_plan::observed::Usage;
 use tokio::sync::watch;
 
 use crate::agent::Agent;
@@ -177,6 +178,7 @@ impl Manager {
                     modules: Default::default(),
                     opened: Default::default(),
                     components: Vec::new(),
+                    taps: Vec::new(),
                 },
                 deleted: BTreeSet::new(),
                 made: 0,
@@ -191,6 +193,11 @@ impl Manager {
             started: OnceLock::new(),
             folder,
         })
+    }
+
+    /// What its process uses of the machine.
+    pub fn usage(&self) -> Option<Usage> {
+        self.family.usage()
     }
 
     /// True when its end is wanted.

@@ -8,7 +8,7 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
     diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, plan,
-    reset, schema, smoke, teardown, tick, up, version,
+    port, reset, schema, smoke, teardown, tick, top, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -105,6 +105,7 @@ pub enum Command {
     Fmt(fmt::Args),
     Get(get::Args),
     Describe(describe::Args),
+    Top(top::Args),
     Events(events::Args),
     Logs(logs::Args),
     #[command(visible_alias = "delete")]
@@ -118,6 +119,8 @@ pub enum Command {
     Disconnect(disconnect::Args),
     Export(export::Args),
     Convert(convert::Args),
+    #[command(subcommand)]
+    Port(port::Command),
     #[command(subcommand)]
     Idl(idl::Command),
     #[command(subcommand)]
@@ -189,6 +192,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Fmt(args) => fmt::run(&args, &session.out),
         Command::Get(args) => get::run(args, session).await,
         Command::Describe(args) => describe::run(&args, session).await,
+        Command::Top(args) => top::run(args, session).await,
         Command::Events(args) => events::run(args, session).await,
         Command::Logs(args) => logs::run(args, session).await,
         Command::Teardown(args) => teardown::run(args, session).await,
@@ -199,6 +203,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Conf(args) => conf::run(args, session).await,
         Command::Connect(args) => connect::run(args, session).await,
         Command::Disconnect(args) => disconnect::run(args, session).await,
+        Command::Port(command) => port::run(command, session).await,
         Command::Export(args) => export::run(&args, session).await,
         Command::Convert(args) => convert::run(&args, &session.out),
         Command::Manager(command) => manager::run(command, session).await,

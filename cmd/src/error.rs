@@ -144,6 +144,16 @@ pub enum CliError {
         /// How long it was waited for.
         seconds: f64,
     },
+    /// Something about a port or its samples.
+    #[error("{message}")]
+    Port {
+        /// What is wrong, and where.
+        message: String,
+        /// How to mend it.
+        help: Option<String>,
+        /// How the program ends.
+        exit: Exit,
+    },
     /// Ctrl-C; what happens next has been said.
     #[error("interrupted")]
     Interrupted,
@@ -195,6 +205,7 @@ impl CliError {
             | CliError::NotConverted { .. }
             | CliError::NotFormatted { .. }
             | CliError::Invalid { .. } => Exit::Invalid,
+            CliError::Port { exit, .. } => *exit,
             CliError::Request { source, .. } => Exit::of_client(source),
             CliError::Refused { problem, .. } => Exit::of_problem(problem),
             CliError::WouldRestart { .. } => Exit::Refused,

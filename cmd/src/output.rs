@@ -98,6 +98,13 @@ impl Output {
         Ok(stdout.flush()?)
     }
 
+    /// What is drawn on a terminal, with the codes that move about on it.
+    pub fn screen(&self, text: &str) -> Result<(), CliError> {
+        let mut stdout = io::stdout().lock();
+        stdout.write_all(text.as_bytes())?;
+        Ok(stdout.flush()?)
+    }
+
     /// A file that is printed: to the byte what it would be on disk, unless a terminal shows it.
     pub fn document(&self, text: &str) -> Result<(), CliError> {
         let mut stdout = io::stdout().lock();

@@ -10,6 +10,8 @@ mod extract;
 mod health;
 mod managers;
 mod objects;
+mod pass;
+mod ports;
 mod sessions;
 mod simulate;
 mod systems;
@@ -83,6 +85,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(objects::node))
         .routes(routes!(objects::component))
         .routes(routes!(objects::log))
+        .routes(routes!(ports::samples, ports::inject))
         .routes(routes!(objects::connector))
         .routes(routes!(objects::manager))
         .routes(routes!(managers::load))

@@ -98,7 +98,7 @@ impl Fleet for HttpFleet {
     }
 }
 
-/// The HTTP client of an agent, for what is only passed through (logs, the manager service).
+/// The HTTP client of an agent, for what is only passed through (logs, samples, the manager service).
 pub fn http_agent(endpoint: &str) -> Result<HttpAgent, ClientError> {
     Ok(HttpAgent::new(Client::unix(endpoint, REQUEST_TIMEOUT)?))
 }

@@ -8,3 +8,4 @@ pub mod files;
 pub mod home;
 pub mod identity;
 pub mod process;
+pub mod usage;

@@ -37,6 +37,23 @@ pub enum ClientError {
     },
 }
 
+impl ClientError {
+    /// The same, unless it says that the server has no such path: then that it is to be upgraded. `who`: the server
+    /// (`agent`); for paths that not all versions have.
+    #[must_use]
+    pub fn or_upgrade(self, who: &str, path: &str) -> Self {
+        match &self {
+            Self::Problem(problem) if problem.status == 404 && problem.detail.contains(path) => {
+                let detail = format!(
+                    "the {who} is of an older version, which has no {path}: upgrade it, and start it again"
+                );
+                Problem::new(501, "upgrade", "not implemented", detail).into()
+            }
+            _ => self,
+        }
+    }
+}
+
 /// A client of one server.
 #[derive(Debug, Clone)]
 pub struct Client {
@@ -95,6 +112,16 @@ impl Client {
         request: RequestBuilder,
     ) -> Result<T, ClientError> {
         let response = self.accept(request.timeout(self.timeout)).await?;
+        let body = self.body(response).await?;
+        serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
+    }
+
+    /// Sends and decodes JSON, however long that takes.
+    pub async fn unhurried<T: DeserializeOwned>(
+        &self,
+        request: RequestBuilder,
+    ) -> Result<T, ClientError> {
+        let response = self.accept(request).await?;
         let body = self.body(response).await?;
         serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
     }

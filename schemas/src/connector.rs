@@ -1,10 +1,16 @@
 //! What the properties of a data connector say: how samples travel, where they wait, and what happens when there is no
 //! room or nothing to read. The names are those of OpenRTM-aist; docs/connectors.md has them as a table.
 
+mod names;
+mod reach;
 mod read;
 
 use std::time::Duration;
 
+use crate::cdr::Endian;
+
+pub use names::meant;
+pub use reach::{Distance, OutOfReach};
 pub use read::{Fault, read};
 
 /// Samples that a buffer keeps when nothing is said of it.
@@ -17,6 +23,8 @@ pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(1);
 pub const LONGEST_TIMEOUT: Duration = Duration::from_secs(60);
 /// The highest rate of a periodic connector in hertz.
 pub const HIGHEST_RATE: f64 = 100_000.0;
+/// The lowest: one sample in an hour, and a bit less.
+pub const LOWEST_RATE: f64 = 0.000_25;
 
 /// A data connector's properties, read.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +35,8 @@ pub struct ConnectorSettings {
     pub subscription: Subscription,
     /// What reaches the other end.
     pub interface: Interface,
-    /// `dataport.serializer.cdr.endian` as written; empty when nothing is said.
-    pub endian: String,
+    /// Order of the bytes of samples between two processes.
+    pub endian: Endian,
     /// At the out-port end.
     pub out_buffer: BufferSettings,
     /// At the in-port end.
@@ -141,7 +149,7 @@ impl Default for ConnectorSettings {
             dataflow: Dataflow::Push,
             subscription: Subscription::Flush,
             interface: Interface::Best,
-            endian: String::new(),
+            endian: Endian::Little,
             out_buffer: BufferSettings::default(),
             in_buffer: BufferSettings::default(),
         }

@@ -1,7 +1,7 @@
 //! HTTP client of an agent.
 
 use futures_util::stream;
-use reqwest::{Method, RequestBuilder, Response};
+use reqwest::{Body, Method, RequestBuilder, Response};
 use rts_http::client::{Client, ClientError, segment};
 use rts_http::lines::Lines;
 use rts_plan::observed::Inventory;
@@ -9,8 +9,8 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::messages::{
     ActRequest, Acted, Batch, BatchEvent, BindRequest, Bound, CreateByHand, CreatedByHand, Factory,
-    GateReport, LogQuery, ModuleRequest, ModuleResolution, NodeInfo, NodeSpecEnvelope,
-    NodeSpecReceipt, ResolveRequest,
+    GateReport, InjectQuery, Injected, LogQuery, ModuleRequest, ModuleResolution, NodeInfo,
+    NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest,
 };
 use crate::{AgentApi, BatchEvents, paths};
 
@@ -52,6 +52,33 @@ impl HttpAgent {
     fn log_request(&self, instance: &str, query: &LogQuery) -> RequestBuilder {
         let path = paths::LOG.replace("{instance}", &segment(instance));
         self.http.request(Method::GET, &path).query(query)
+    }
+
+    /// What an out-port writes, as it comes: JSON Lines of [`PortEvent`](crate::messages::PortEvent). It has no time-out.
+    pub async fn stream_samples(
+        &self,
+        instance: &str,
+        port: &str,
+    ) -> Result<Response, ClientError> {
+        let path = of_port(instance, port);
+        let request = self.http.request(Method::GET, &path);
+        let response = self.http.accept(request).await;
+        response.map_err(|e| e.or_upgrade("agent", &path))
+    }
+
+    /// Writes to an in-port what the body brings, JSON Lines of [`InjectLine`](crate::messages::InjectLine). It has no
+    /// time-out.
+    pub async fn inject(
+        &self,
+        instance: &str,
+        port: &str,
+        query: &InjectQuery,
+        body: Body,
+    ) -> Result<Injected, ClientError> {
+        let path = of_port(instance, port);
+        let request = self.http.request(Method::POST, &path).query(query);
+        let injected = self.http.unhurried(request.body(body)).await;
+        injected.map_err(|e| e.or_upgrade("agent", &path))
     }
 
     /// Loads a module by hand.
@@ -124,6 +151,11 @@ impl HttpAgent {
             .await
             .map(drop)
     }
+}
+
+fn of_port(instance: &str, port: &str) -> String {
+    let path = paths::SAMPLES.replace("{instance}", &segment(instance));
+    path.replace("{port}", &segment(port))
 }
 
 fn of_manager(path: &str, manager: &str) -> String {

@@ -2,6 +2,7 @@
 
 mod act;
 mod bind;
+mod port;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,7 @@ use utoipa::ToSchema;
 
 pub use self::act::{Act, ActRequest, Acted, MAX_TICKS};
 pub use self::bind::{BindRequest, Bound};
+pub use self::port::{InjectLine, InjectQuery, Injected, PortEvent};
 
 /// Who an agent is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

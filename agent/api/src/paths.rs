@@ -14,6 +14,10 @@ pub const BATCH_GATES: &str = "/v1/batches/{plan}/gates";
 pub const RESOLVE: &str = "/v1/modules/resolve";
 /// `GET`, query [`crate::messages::LogQuery`]: a component's log as text.
 pub const LOG: &str = "/v1/components/{instance}/log";
+/// `GET`: what an out-port writes, as JSON Lines of [`crate::messages::PortEvent`]. `POST`, query
+/// [`crate::messages::InjectQuery`]: JSON Lines of [`crate::messages::InjectLine`] are written to an in-port;
+/// [`crate::messages::Injected`] back.
+pub const SAMPLES: &str = "/v1/components/{instance}/ports/{port}/samples";
 /// `POST`: [`crate::messages::ModuleRequest`] loads a module by hand; starts the manager when it is not there.
 pub const MANAGER_MODULES: &str = "/v1/managers/{manager}/modules";
 /// `DELETE`: unloads a module.

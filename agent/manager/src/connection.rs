@@ -21,7 +21,7 @@ use crate::failure::{internal, invalid};
 use crate::pool::Full;
 use crate::server::Shared;
 use crate::sync::lock;
-use crate::{log, requests};
+use crate::{log, requests, tap};
 
 /// Time for a greeting to arrive.
 const GREETING: Duration = Duration::from_secs(2);
@@ -60,6 +60,7 @@ pub fn serve(stream: UnixStream, shared: &Arc<Shared>) {
             }
             Ok(())
         }
+        Ok(Greeting::Tap(hello)) => tap::serve(&stream, &hello, &shared.manager),
         Err(error) => Err(error),
     };
     match served {

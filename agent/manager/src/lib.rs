@@ -24,6 +24,7 @@ mod server;
 mod slots;
 mod stand_in;
 mod sync;
+mod tap;
 mod text;
 
 use std::ffi::OsString;

@@ -19,6 +19,7 @@ use crate::module::loading::Loading;
 use crate::pool::Pool;
 use crate::slots::Slots;
 use crate::sync::lock;
+use crate::tap;
 
 /// Components of one manager that may exist at once.
 const MAX_COMPONENTS: usize = 4096;
@@ -47,6 +48,8 @@ pub struct Manager {
     pub events: Events,
     /// Outgoing data connections.
     pub outgoing: Slots,
+    /// Who looks at ports or writes to them.
+    pub taps: tap::List,
     /// Threads for requests.
     pub pool: Pool,
     /// Execution contexts that components share.
@@ -76,6 +79,7 @@ impl Manager {
             bindings: Bindings::default(),
             events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
+            taps: tap::List::default(),
             pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
             contexts: Contexts::default(),
             components: Mutex::default(),

@@ -5,6 +5,8 @@ mod execution;
 #[path = "components/failures.rs"]
 mod failures;
 mod support;
+#[path = "components/taps.rs"]
+mod taps;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -2,7 +2,7 @@
 
 use rts_agent_api::messages::Factory;
 use rts_http::problem::Problem;
-use rts_manager_api::control::{FailureCode, ModuleInfo};
+use rts_manager_api::control::{Failure, FailureCode, ModuleInfo};
 
 use crate::execute::StepError;
 use crate::manager_link::LinkError;
@@ -46,10 +46,19 @@ pub(crate) fn step(error: StepError) -> Problem {
     if matches!(error, StepError::Peer { .. }) {
         return Problem::new(502, "peer-failed", "bad gateway", detail);
     }
-    let Some(failure) = error.failure() else {
-        return Problem::unavailable("manager-silent", detail);
-    };
-    match failure.code {
+    match error.failure() {
+        None => Problem::unavailable("manager-silent", detail),
+        Some(failure) => of(failure.code, detail),
+    }
+}
+
+/// What a manager refused.
+pub(crate) fn refused(failure: Failure) -> Problem {
+    of(failure.code, failure.message)
+}
+
+fn of(code: FailureCode, detail: String) -> Problem {
+    match code {
         FailureCode::NotFound => Problem::not_found(detail),
         FailureCode::Conflict => Problem::conflict("manager-conflict", detail),
         FailureCode::Invalid => Problem::invalid("manager-invalid", detail),

@@ -3,7 +3,7 @@
 use rts_agent_api::session::AgentEvent;
 use rts_plan::delta::InventoryDelta;
 use rts_plan::observed::{
-    ComponentObserved, ConnectorState, Inventory, LifeCycleState, ManagerObserved,
+    Activity, ComponentObserved, ConnectorState, Inventory, LifeCycleState, ManagerObserved,
 };
 
 use crate::events::of_manager;
@@ -13,7 +13,11 @@ pub(super) fn without_counters(inventory: &Inventory) -> Inventory {
     let mut inventory = inventory.clone();
     inventory.revision = 0;
     let managers = inventory.managers.iter_mut();
-    for component in managers.flat_map(|m| &mut m.components) {
+    let components = managers.flat_map(|m| {
+        m.activity = Activity::default();
+        &mut m.components
+    });
+    for component in components {
         component.executions = 0;
         component.timing = None;
         if let Some(hangs) = &mut component.hangs {

@@ -53,6 +53,8 @@ pub(super) fn view(components: Vec<ComponentInfo>) -> View {
             modules: Default::default(),
             opened: Default::default(),
             components,
+            taps: Vec::new(),
         },
+        usage: None,
     }
 }

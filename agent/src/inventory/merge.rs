@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use rts_manager_api::control::{
     self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
-    ExecutionContextInfo, ManagerInventory, PortInfo, RealtimeInfo, SystemId, TimingInfo,
+    ExecutionContextInfo, ManagerInventory, PortInfo, RealtimeInfo, SystemId, TapInfo, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
-    BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
+    Activity, BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
     DurationsObserved, Inventory, Latency, LifeCycleState, ManagerObserved, PortObserved,
-    RealtimeObserved, TimingObserved,
+    RealtimeObserved, TapObserved, TimingObserved, Usage,
 };
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
@@ -34,6 +34,8 @@ pub(crate) struct View {
     /// It does not say what it holds, and may hold more than was seen last.
     pub unseen: bool,
     pub inventory: ManagerInventory,
+    /// What its process uses.
+    pub usage: Option<Usage>,
 }
 
 /// Counts of in-port ends, by (connector, incarnation with the in-port, in-port).
@@ -118,6 +120,17 @@ fn manager(view: View, arrivals: &Arrivals, policies: &Policies) -> ManagerObser
         modules: view.inventory.modules,
         opened: view.inventory.opened,
         components,
+        activity: Activity {
+            taps: view.inventory.taps.into_iter().map(tap).collect(),
+            usage: view.usage,
+        },
+    }
+}
+
+fn tap(info: TapInfo) -> TapObserved {
+    TapObserved {
+        port: info.port,
+        way: info.way,
     }
 }
 
@@ -234,7 +247,9 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
     let key = (info.name.clone(), end, target.port.clone());
     // An end that is not known, elsewhere or gone, adds nothing.
     let arrived = arrivals.get(&key).copied().unwrap_or_default();
-    let arrived = arrived.within(info.samples_sent, info.drops);
+    // What was refused was not sent.
+    let gone = info.drops.saturating_sub(info.refused);
+    let arrived = arrived.within(info.samples_sent, gone);
     ConnectorObserved {
         name: info.name,
         source: PortRef {
@@ -377,6 +392,7 @@ mod tests {
             samples_sent: sent,
             bytes: 0,
             drops,
+            refused: 0,
             rate: 0,
         });
         b.bindings.push(BindingInfo {

@@ -165,6 +165,7 @@ async fn serve(mut stream: DuplexStream, living: &Living) -> Option<()> {
                     .map(|h| h.info(file.system.clone()))
                     .into_iter()
                     .collect(),
+                taps: Vec::new(),
             }),
             RequestBody::Shutdown if hanging.is_some() => {
                 sleep(Duration::from_millis(request.deadline_ms * 9 / 10)).await;

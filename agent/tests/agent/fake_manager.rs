@@ -259,6 +259,7 @@ impl Fake {
                     samples_sent: 9,
                     bytes: 0,
                     drops: 0,
+                    refused: 0,
                     rate: 0,
                 });
             }
@@ -345,6 +346,7 @@ impl Fake {
                     modules: modules.keys().cloned().collect(),
                     opened: Default::default(),
                     components: components.values().cloned().collect(),
+                    taps: Vec::new(),
                 }));
             }
             RequestBody::Shutdown => {}

@@ -138,4 +138,7 @@ async fn a_manager_from_before_an_upgrade_is_adopted_and_serves_on() {
     let change = batch("change", 1, vec![on_disconnect(1, &[])]);
     let outcome = &node.outcomes(&change).await[0].1;
     assert!(outcome.contains("speaks protocol version 1"), "{outcome}");
+    let looked = node.agent.stream_samples("Sine0", "out").await;
+    let why = looked.map(drop).unwrap_err().to_string();
+    assert!(why.contains("is of an older version"), "{why}");
 }

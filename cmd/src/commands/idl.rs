@@ -4,6 +4,7 @@ mod check;
 mod files;
 mod generate;
 
+pub use self::files::Folders;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output::Output;

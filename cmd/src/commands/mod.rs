@@ -24,11 +24,13 @@ pub mod idl;
 pub mod logs;
 pub mod manager;
 pub mod plan;
+pub mod port;
 pub mod reset;
 pub mod schema;
 pub mod smoke;
 pub mod teardown;
 pub mod tick;
+pub mod top;
 pub mod up;
 pub mod version;
 

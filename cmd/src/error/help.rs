@@ -45,7 +45,9 @@ impl CliError {
             _ => {}
         }
         match self {
-            CliError::Usage { help, .. } | CliError::SavedPlan { help, .. } => help.clone(),
+            CliError::Usage { help, .. }
+            | CliError::Port { help, .. }
+            | CliError::SavedPlan { help, .. } => help.clone(),
             CliError::Stale { .. } => Some(PLAN_AGAIN.to_owned()),
             CliError::NoController { .. } => Some("start one with `rtsctl up`".to_owned()),
             CliError::Local(e) => e.help(),

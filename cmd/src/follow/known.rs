@@ -9,7 +9,7 @@ use serde_json::Value;
 /// Events that are remembered; the controller keeps fewer.
 const EVENTS: usize = 4096;
 /// What changes without being a change, below `metadata` and `status`.
-const COUNTERS: [(&str, &str); 8] = [
+const COUNTERS: [(&str, &str); 12] = [
     ("metadata", "resourceVersion"),
     ("status", "executions"),
     ("status", "timing"),
@@ -18,6 +18,10 @@ const COUNTERS: [(&str, &str); 8] = [
     ("status", "samplesReceived"),
     ("status", "bytes"),
     ("status", "drops"),
+    ("status", "gaps"),
+    ("status", "latency"),
+    ("status", "taps"),
+    ("status", "usage"),
 ];
 
 /// A change of an object.

@@ -13,5 +13,6 @@ pub mod progress;
 pub mod samples;
 pub mod sarif;
 pub mod simulated;
+pub mod size;
 pub mod stream;
 pub mod table;

@@ -3,12 +3,12 @@
 use jiff::Timestamp;
 use rts_controller_api::API_VERSION;
 use rts_controller_api::objects::{
-    Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView, Event,
-    EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata, Node,
-    NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus,
+    Activity, Component, ComponentStatus, ComponentView, Connector, ConnectorStatus, ConnectorView,
+    Event, EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata,
+    Node, NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus, TapObserved, Usage,
 };
-use rts_plan::observed::{DurationsObserved, RealtimeObserved, TimingObserved};
-use rts_schemas::system::{PortKind, SystemSpec};
+use rts_plan::observed::{DurationsObserved, PortObserved, RealtimeObserved, TimingObserved};
+use rts_schemas::system::{Direction, PortKind, SystemSpec};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -39,6 +39,7 @@ fn object<S, T>(kind: Kind, name: &str, spec: S, status: T) -> Object<S, T> {
 /// The hello system, converged.
 pub fn system() -> System {
     let spec = SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: "RTSystem:rtsctl:hello:1.0".to_owned(),
         components: Vec::new(),
@@ -118,6 +119,12 @@ fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &s
         executions: 12_000,
         timing: (system == "hello").then(timing),
         realtime: (name == "Sine0").then(realtime),
+        ports: vec![PortObserved {
+            name: "out".to_owned(),
+            kind: PortKind::Data,
+            direction: Some(Direction::Out),
+            data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
+        }],
         created: ago(5),
         ..ComponentStatus::default()
     };
@@ -166,6 +173,16 @@ fn manager() -> Manager {
         modules: vec!["LowPassFilter".to_owned(), "SineSource".to_owned()],
         incarnation: "i".to_owned(),
         started: ago(300),
+        activity: Activity {
+            taps: vec![TapObserved {
+                port: "Sine0.out".to_owned(),
+                way: "print".to_owned(),
+            }],
+            usage: Some(Usage {
+                cpu_ms: 780,
+                memory: 8_257_536,
+            }),
+        },
     };
     object(Kind::Manager, "hello.main", spec, status)
 }

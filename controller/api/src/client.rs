@@ -2,13 +2,16 @@
 
 use std::time::Duration;
 
-use reqwest::Method;
+use futures_util::stream;
+use reqwest::{Body, Method};
 use rts_agent_api::messages::{
-    ActRequest, Acted, CreateByHand, CreatedByHand, Factory, LogQuery, ModuleRequest,
+    ActRequest, Acted, CreateByHand, CreatedByHand, Factory, InjectLine, InjectQuery, Injected,
+    LogQuery, ModuleRequest,
 };
 use rts_http::client::{Client, segment};
 use rts_http::lines::Lines;
 use serde::de::DeserializeOwned;
+use tokio::sync::mpsc::Receiver;
 
 use crate::objects::{Component, Kind, List, Node, System};
 use crate::requests::{ApplyRequest, ApplyResult, Exported, NodeClaimed, PlanResult, TakeOver};
@@ -175,6 +178,40 @@ impl Controller {
         Ok(Lines::of(self.http.accept(request).await?))
     }
 
+    /// What an out-port writes, as it comes: lines of [`PortEvent`](rts_agent_api::messages::PortEvent).
+    pub async fn samples(
+        &self,
+        node: &str,
+        instance: &str,
+        port: &str,
+    ) -> Result<Lines, ClientError> {
+        let path = of_port(node, instance, port);
+        let request = self.http.request(Method::GET, &path);
+        let response = self.http.accept(request).await;
+        let response = response.map_err(|e| e.or_upgrade("controller", &path))?;
+        Ok(Lines::of(response))
+    }
+
+    /// Writes samples to an in-port as they come. Answers when they were read.
+    pub async fn inject(
+        &self,
+        node: &str,
+        instance: &str,
+        port: &str,
+        query: &InjectQuery,
+        samples: Receiver<InjectLine>,
+    ) -> Result<Injected, ClientError> {
+        let path = of_port(node, instance, port);
+        let request = self.http.request(Method::POST, &path).query(query);
+        let lines = stream::unfold(samples, |mut samples| async {
+            let line = line(&samples.recv().await?);
+            Some((line, samples))
+        });
+        let request = request.body(Body::wrap_stream(lines));
+        let injected = self.http.unhurried(request).await;
+        injected.map_err(|e| e.or_upgrade("controller", &path))
+    }
+
     /// Loads a module by hand.
     pub async fn load_module(
         &self,
@@ -256,6 +293,12 @@ impl Controller {
     }
 }
 
+fn line(sample: &InjectLine) -> Result<Vec<u8>, serde_json::Error> {
+    let mut line = serde_json::to_vec(sample)?;
+    line.push(b'\n');
+    Ok(line)
+}
+
 fn of_system(path: &str, name: &str) -> String {
     path.replace("{name}", &segment(name))
 }
@@ -267,6 +310,10 @@ fn of_node(path: &str, node: &str) -> String {
 fn of_component(path: &str, node: &str, instance: &str) -> String {
     path.replace("{node}", &segment(node))
         .replace("{instance}", &segment(instance))
+}
+
+fn of_port(node: &str, instance: &str, port: &str) -> String {
+    of_component(paths::PORT_SAMPLES, node, instance).replace("{port}", &segment(port))
 }
 
 fn of_manager(path: &str, node: &str, manager: &str) -> String {

@@ -24,6 +24,10 @@ pub const BACKUP: &str = "/v1/backup";
 pub const COMPONENT: &str = "/v1/components/{node}/{instance}";
 /// `GET`, query [`rts_agent_api::messages::LogQuery`]: its log as text.
 pub const COMPONENT_LOG: &str = "/v1/components/{node}/{instance}/log";
+/// `GET`: what an out-port writes, as JSON Lines of [`rts_agent_api::messages::PortEvent`]. `POST`, query
+/// [`rts_agent_api::messages::InjectQuery`]: JSON Lines of [`rts_agent_api::messages::InjectLine`] are written to an
+/// in-port; [`rts_agent_api::messages::Injected`] back.
+pub const PORT_SAMPLES: &str = "/v1/components/{node}/{instance}/ports/{port}/samples";
 /// `GET`.
 pub const CONNECTOR: &str = "/v1/connectors/{system}/{name}";
 /// `GET`.

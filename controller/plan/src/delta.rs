@@ -90,6 +90,7 @@ mod tests {
             modules: Default::default(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         })
     }
 
@@ -160,6 +161,7 @@ mod tests {
             modules: Default::default(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         };
         let inventory = |revision, managers| Inventory {
             node: "n".to_owned(),

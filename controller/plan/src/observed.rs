@@ -94,6 +94,48 @@ pub struct ManagerObserved {
     pub opened: BTreeMap<String, String>,
     /// Components that it holds.
     pub components: Vec<ComponentObserved>,
+    /// What goes on in it besides. Raises no revision.
+    #[serde(default, skip_serializing_if = "Activity::is_empty")]
+    pub activity: Activity,
+}
+
+/// What goes on in a manager process, and is nothing that anybody plans.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Activity {
+    /// Who looks at ports, or writes to them, outside of connectors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub taps: Vec<TapObserved>,
+    /// What the process uses of its machine; none where nobody knows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub usage: Option<Usage>,
+}
+
+impl Activity {
+    /// True when nothing is known of it.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Somebody looks at a port (`rtsctl port print`), or writes to one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct TapObserved {
+    /// The port.
+    pub port: String,
+    /// `print` or `inject`.
+    pub way: String,
+}
+
+/// What a process uses of its machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Usage {
+    /// Processor time of all its threads, in milliseconds. A counter.
+    pub cpu_ms: u64,
+    /// Memory that is its own and in use, in bytes.
+    pub memory: u64,
 }
 
 /// Lifecycle state of a component (OMG RTC 1.0, 5.2.2.3).

@@ -1,12 +1,8 @@
 //! Lists, watches and single objects.
 
-use std::time::Duration;
-
-use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use futures_util::stream;
 use rts_agent_api::messages::LogQuery;
 use rts_controller_api::Problem;
 use rts_controller_api::objects::{Component, Connector, Event, Kind, List, Manager, Node, System};
@@ -15,11 +11,9 @@ use rts_http::server::{Json, Principal};
 use serde::Deserialize;
 
 use super::extract::{Params, Segments};
-use super::{Answer, App, managers, of_agent, watch};
+use super::pass::{opened, pass_on};
+use super::{Answer, App, managers, watch};
 use crate::view::{Resource, key};
-
-/// How long an agent may take to open a log.
-const OPEN_LOG: Duration = Duration::from_secs(10);
 
 /// Query of a list.
 #[derive(Debug, Default, Deserialize)]
@@ -167,26 +161,8 @@ pub async fn log(
         None
     };
     let agent = managers::agent(&app, &node)?;
-    let opened = tokio::time::timeout(OPEN_LOG, agent.stream_log(&instance, &query)).await;
-    let silent = |_| {
-        let detail = format!("the agent of node {node} does not answer");
-        Problem::unavailable("agent-unreachable", detail)
-    };
-    let log = opened.map_err(silent)?.map_err(|e| of_agent(&node, e))?;
-    let pieces = stream::try_unfold(
-        (log, app.ending.clone(), permit),
-        |(mut log, mut ending, permit)| async move {
-            let chunk = tokio::select! {
-                chunk = log.chunk() => chunk.map_err(std::io::Error::other)?,
-                _ = ending.wait_for(|ending| *ending) => {
-                    return Err(std::io::Error::other("the controller ends"));
-                }
-            };
-            Ok(chunk.map(|bytes| (bytes, (log, ending, permit))))
-        },
-    );
-    let kind = [(header::CONTENT_TYPE, "text/plain; charset=utf-8")];
-    Ok((kind, Body::from_stream(pieces)).into_response())
+    let log = opened(&node, agent.stream_log(&instance, &query)).await?;
+    Ok(pass_on(&app, log, permit, "text/plain; charset=utf-8"))
 }
 
 /// One connector.

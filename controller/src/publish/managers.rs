@@ -1,7 +1,7 @@
 //! Manager objects.
 
 use rts_controller_api::objects::{Kind, Manager, ManagerStatus, ManagerView, Metadata};
-use rts_plan::observed::ManagerObserved;
+use rts_plan::observed::{Activity, ManagerObserved};
 
 use super::{Scene, object};
 
@@ -50,6 +50,10 @@ fn manager(node: &str, found: &ManagerObserved, known: bool) -> Manager {
             modules: found.modules.iter().cloned().collect(),
             incarnation: found.incarnation.clone(),
             started,
+            activity: match known {
+                true => found.activity.clone(),
+                false => Activity::default(),
+            },
         },
     )
 }

@@ -61,6 +61,7 @@ fn inventory(revision: u64) -> Inventory {
         modules: Default::default(),
         opened: Default::default(),
         components: Vec::new(),
+        activity: Default::default(),
     };
     let first = revision.saturating_sub(2);
     let mut managers: Vec<_> = (first..=revision).map(manager).collect();

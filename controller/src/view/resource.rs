@@ -98,5 +98,7 @@ resource!(
     Manager,
     managers,
     |o| key(&o.metadata.name, &o.status.node),
-    |c| {}
+    |c| {
+        c.status.activity = Default::default();
+    }
 );

@@ -181,10 +181,37 @@ the connector, the RTC Profiles in `rtc:ServiceInterface`.
 Mend the binding, or connect the ports that belong together.",
     },
     Code {
+        code: "never-woken",
+        title: "nothing wakes an event-driven component",
+        explain: "\
+An event-driven component runs when a sample arrives at one of its in-ports. A connector that pulls brings none: it fetches
+when the component reads, and the component reads when it runs.
+
+    rts:dataflowType=\"pull\"      wrong, when all connectors to the component do so
+    rts:dataflowType=\"push\"      right
+
+Let one of the connectors push, or make the execution context periodic. A component that wakes itself, from a thread of its
+own, may be left as it is.",
+    },
+    Code {
+        code: "interface-across-nodes",
+        title: "a connector's interface type reaches no other node",
+        explain: "\
+`shared_memory` and `uds` join two processes of one node. Here the overlay or the profile puts the two components on
+different nodes.
+
+    rts:interfaceType=\"shared_memory\"      wrong, between two nodes
+    rts:interfaceType=\"tcp\"                right
+    rts:interfaceType=\"corba_cdr\"          right: the best that reaches
+
+Place both on one node, or choose `tcp` or `corba_cdr`.",
+    },
+    Code {
         code: "unknown-policy",
         title: "a policy of a connector is none of those that are known",
         explain: "\
-A connector's policies are words: `dataport.publisher.push_policy` is `all`, `fifo`, `skip` or `new`;
+A connector's policies are words: `dataport.dataflow_type` is `push` or `pull`; `dataport.subscription_type` is `flush`,
+`new`, `periodic`, `block` or `nonblock`; `dataport.publisher.push_policy` is `all`, `fifo`, `skip` or `new`;
 `….buffer.write.full_policy` is `overwrite`, `do_nothing` or `block`; `….buffer.read.empty_policy` is `readback`,
 `do_nothing` or `block`. OpenRTM logs another word and takes its default, which may lose samples or wait where nobody
 meant it; here the connector is not made.
@@ -206,11 +233,23 @@ The component is there, the port is not among those that the profile lists for i
 Mend the name, or declare the port with `rts:DataPorts` or `rts:ServicePorts`.",
     },
     Code {
+        code: "unknown-property",
+        title: "the name of a connector's property looks like a slip of the pen",
+        explain: "\
+Other programs have properties of their own, so that any name is passed on. This one is within two letters of a name that
+is read here, and means nothing as it stands.
+
+    rtsExt:name=\"dataport.buffer.lenght\" rtsExt:value=\"8\"      nothing reads it
+    rtsExt:name=\"dataport.buffer.length\" rtsExt:value=\"8\"      right
+
+Mend the name. docs/connectors.md lists those that are read.",
+    },
+    Code {
         code: "unknown-value",
         title: "a word is none of those that are known",
         explain: "\
-Some attributes take one of few words: the interface, dataflow and subscription type of a connector, the activity type of a
-component, the direction of a location. What a port of the connector offers is known too. Another word is passed on as it
+Some attributes take one of few words: the interface type of a connector, the activity type of a component, the direction
+of a location. What a port of the connector offers is known too. Another word is passed on as it
 is, and probably means nothing to who reads it.
 
 Use a word that the help lists.",

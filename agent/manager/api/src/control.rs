@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
     BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
-    ExecutionContextInfo, Latency, ManagerInventory, ModuleInfo, ParameterFacts, PortInfo,
+    ExecutionContextInfo, Latency, ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TapInfo,
     TimingInfo,
 };
 pub use self::realtime::{RealtimeInfo, RealtimeRequest};

@@ -16,6 +16,8 @@ pub enum Greeting {
     },
     /// The out-port end of a connector.
     Data(Box<crate::data::DataHello>),
+    /// Who looks at a port, or writes to one.
+    Tap(crate::tap::TapHello),
 }
 
 /// A greeting as it travels. A manager of version 1 knows `version` alone, and serves its own one only, so that is the
@@ -37,6 +39,8 @@ enum WireGreeting {
     },
     /// The out-port end of a connector.
     Data(Box<crate::data::DataHello>),
+    /// Who looks at a port, or writes to one.
+    Tap(crate::tap::TapHello),
 }
 
 impl From<Greeting> for WireGreeting {
@@ -47,6 +51,7 @@ impl From<Greeting> for WireGreeting {
                 newest: (version > OLDEST_PROTOCOL_VERSION).then_some(version),
             },
             Greeting::Data(hello) => Self::Data(hello),
+            Greeting::Tap(hello) => Self::Tap(hello),
         }
     }
 }
@@ -58,6 +63,7 @@ impl From<WireGreeting> for Greeting {
                 version: newest.map_or(version, |newest| newest.min(PROTOCOL_VERSION).max(version)),
             },
             WireGreeting::Data(hello) => Self::Data(hello),
+            WireGreeting::Tap(hello) => Self::Tap(hello),
         }
     }
 }
@@ -69,7 +75,7 @@ mod tests {
     fn read(text: &str) -> u32 {
         match serde_json::from_str(text).unwrap() {
             Greeting::Control { version } => version,
-            Greeting::Data(_) => panic!("it is a control greeting"),
+            other => panic!("it is a control greeting, not {other:?}"),
         }
     }
 

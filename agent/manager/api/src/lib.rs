@@ -11,6 +11,7 @@ pub mod files;
 pub mod frame;
 mod greeting;
 pub mod net;
+pub mod tap;
 mod version;
 
 pub use version::{OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, VersionMismatch, speaks};

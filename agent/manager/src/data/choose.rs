@@ -1,53 +1,30 @@
 //! Which transport a connector gets: the one that its properties name, or the best that reaches.
 
-use rts_schemas::connector::Interface;
+use rts_schemas::connector::{Distance, Interface, OutOfReach};
 use rts_transport::Kind;
-
-/// Where the in-port is, as seen from the out-port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Distance {
-    /// In the same process.
-    Process,
-    /// In another process of the node.
-    Node,
-    /// On another node.
-    Beyond,
-}
 
 /// The transports to try, the best first; why there is none otherwise, and what to do about it.
 pub fn choose(interface: Interface, distance: Distance) -> Result<&'static [Kind], String> {
     use Distance::{Beyond, Node, Process};
     use Kind::{InProcess, SharedMemory, Tcp, Unix};
+    if let Some(OutOfReach {
+        word, needs, help, ..
+    }) = interface.out_of_reach(distance)
+    {
+        return Err(format!(
+            "`dataport.interface_type` is {word}, which needs both components {needs}: {help}"
+        ));
+    }
     Ok(match (interface, distance) {
-        (Interface::Best | Interface::Direct, Process) => &[InProcess],
+        (Interface::Best, Process) => &[InProcess],
         (Interface::Best, Node) => &[SharedMemory, Unix],
         // Nodes that share a machine may have networks of their own.
         (Interface::Best, Beyond) => &[Tcp, Unix],
-        (Interface::SharedMemory, Process | Node) => &[SharedMemory],
-        (Interface::Unix, Process | Node) => &[Unix],
+        (Interface::Direct, _) => &[InProcess],
+        (Interface::SharedMemory, _) => &[SharedMemory],
+        (Interface::Unix, _) => &[Unix],
         (Interface::Tcp, _) => &[Tcp],
-        (Interface::Direct, Node | Beyond) => {
-            return Err(refusal(
-                "direct",
-                "in one process",
-                "place both in one manager, or choose corba_cdr",
-            ));
-        }
-        (Interface::SharedMemory, Beyond) => return Err(one_node("shm")),
-        (Interface::Unix, Beyond) => return Err(one_node("uds")),
     })
-}
-
-fn one_node(word: &str) -> String {
-    refusal(
-        word,
-        "on one node",
-        "place both on one node, or choose tcp or corba_cdr",
-    )
-}
-
-fn refusal(word: &str, place: &str, help: &str) -> String {
-    format!("`dataport.interface_type` is {word}, which needs both components {place}: {help}")
 }
 
 /// The name of a transport as everybody sees it.

@@ -8,6 +8,7 @@ use rts_manager_api::control::Failure;
 use super::Payload;
 use super::connector::Connector;
 use super::sample::{Written, now};
+use super::tap::Taps;
 use crate::failure::conflict;
 use crate::sync::lock;
 
@@ -23,6 +24,8 @@ pub struct OutPort {
     pub data_type: String,
     /// A list of its own for each change, so that a writer holds no lock while it waits.
     connectors: Mutex<Arc<Vec<Arc<Connector>>>>,
+    /// Who looks at what it writes.
+    pub taps: Arc<Taps>,
 }
 
 impl OutPort {
@@ -32,12 +35,14 @@ impl OutPort {
             name: name.to_owned(),
             data_type: data_type.to_owned(),
             connectors: Mutex::default(),
+            taps: Arc::default(),
         }
     }
 
     /// Gives a sample to each connector; the worst that became of it. Waits only where a connector's properties say so,
     /// once all the others have it, and for none longer than its own time-out.
     pub fn write(&self, payload: &Payload) -> Written {
+        self.taps.offer(payload);
         let connectors = Arc::clone(&lock(&self.connectors));
         let mut full = Vec::new();
         if !connectors.is_empty() {

@@ -6,13 +6,13 @@ use std::thread;
 use std::time::Instant;
 
 use rts_manager_api::control::{Binding, ConnectRequest, Failure, ResponseBody};
-use rts_schemas::connector::{ConnectorSettings, Dataflow};
+use rts_schemas::connector::{ConnectorSettings, Dataflow, Distance};
 use rts_transport::Kind;
 
 use crate::component::Component;
 use crate::data::accept::check_types;
 use crate::data::binding::End;
-use crate::data::choose::{Distance, choose};
+use crate::data::choose::choose;
 use crate::data::connector::{Connector, Link};
 use crate::data::dial::{Target, dial};
 use crate::data::sender::Sender;
@@ -167,6 +167,8 @@ fn establish(
         request,
         data_type: &port.data_type,
         pulls: settings.dataflow == Dataflow::Pull,
+        endian: settings.endian,
+        idl: component.module.idl(),
     };
     let sender = Sender::new(dial(target, kinds, deadline)?, &settings)
         .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;

@@ -27,5 +27,6 @@ pub fn inventory(manager: &Manager) -> ResponseBody {
         modules: lock(&manager.modules).keys().cloned().collect(),
         opened: lock(&manager.opened).clone(),
         components: components.collect(),
+        taps: manager.taps.infos(),
     })
 }

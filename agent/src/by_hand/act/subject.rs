@@ -150,7 +150,7 @@ impl Agent {
     }
 
     /// A component of this node and the manager that holds it, which must answer.
-    pub(in crate::by_hand) fn find_component(
+    pub(crate) fn find_component(
         &self,
         inventory: &Inventory,
         instance: &str,

@@ -6,6 +6,8 @@ use futures_util::future::BoxFuture;
 use rts_host::cgroup::Cgroup;
 use rts_host::identity::Identity;
 use rts_host::process::{Process, group_of_lives, signal_group_of};
+use rts_host::usage::usage;
+use rts_plan::observed::Usage;
 use rustix::process::{self, Pid, getpgid};
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
@@ -92,6 +94,14 @@ impl machine::Family for Family {
 
     fn has_ended(&self) -> bool {
         Process::identified(&self.leader).is_none()
+    }
+
+    fn usage(&self) -> Option<Usage> {
+        let used = usage(&self.leader)?;
+        Some(Usage {
+            cpu_ms: used.cpu.as_millis().try_into().unwrap_or(u64::MAX),
+            memory: used.memory,
+        })
     }
 
     fn signal(&self, signal: Signal) -> BoxFuture<'_, ()> {

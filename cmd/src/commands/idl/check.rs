@@ -30,7 +30,7 @@ pub(super) fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
     let mut unreadable = None;
     for path in &args.files.files {
         let found = match read(path) {
-            Ok(bytes) => idl::read(&shown(path), &bytes, &args.files),
+            Ok(bytes) => idl::read(&shown(path), &bytes, &args.files.folders),
             Err(error) => {
                 unreadable.get_or_insert(error);
                 continue;

@@ -11,13 +11,21 @@ pub(super) struct Files {
     /// IDL files; `-` is standard input
     #[arg(value_name = "FILE", required = true)]
     pub(super) files: Vec<PathBuf>,
+    /// Where included ones are.
+    #[command(flatten)]
+    pub(super) folders: Folders,
+}
+
+/// Where included files are.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Folders {
     /// Folder to look in for included files, after that of the file itself; those of OpenRTM-aist are always found (may
     /// be repeated)
     #[arg(short = 'I', long = "include", value_name = "DIR")]
     include: Vec<PathBuf>,
 }
 
-impl Sources for Files {
+impl Sources for Folders {
     fn find(&self, include: Include<'_>) -> Result<Option<Found>, String> {
         let beside = Path::new(include.from).parent().filter(|_| !include.angled);
         let folders = beside

@@ -44,7 +44,7 @@ pub(super) fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         .copied()
         .zip(bytes.iter().map(Vec::as_slice))
         .collect();
-    let read = match idl::read_all(&files, &args.files) {
+    let read = match idl::read_all(&files, &args.files.folders) {
         Ok(read) => read,
         Err(report) => return Err(refused(&names, &report, out)),
     };

@@ -1,7 +1,7 @@
 //! The page of a component.
 
-use rts_controller_api::objects::{Component, Waiting};
-use rts_schemas::system::{OnHang, RestartPolicy};
+use rts_controller_api::objects::{Component, ComponentStatus, Waiting};
+use rts_schemas::system::{Direction, OnHang, PortKind, RestartPolicy};
 
 use super::page::Page;
 use super::{Scene, manager, node, policy, system_or_drift, timing};
@@ -39,6 +39,15 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     if status.stand_in {
         page.line("Stand-in", "true (none of its own code runs)");
     }
+    if let Some(composite) = &spec.composite {
+        page.line("Composite", composite.kind.as_str());
+        page.line("Members", composite.members.join(", "));
+    }
+    if let Some(shared) = &status.execution_context {
+        let order = format!("{} (order {})", shared.name, shared.order);
+        page.line("Execution context", order);
+        page.line("Runs with", status.runs_with.join(", "));
+    }
     let rate = status.rate.map(|rate| format!("{rate} Hz"));
     page.line("Rate", rate.unwrap_or_default());
     page.line("Executions", status.executions.to_string());
@@ -56,6 +65,9 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     let target = format!("component/{name}");
     page.drift(&target, &spec.system, &status.drift_fields, scene);
     page.table("Configuration", &conf::table(component, None));
+    if !status.ports.is_empty() {
+        page.table("Ports", &ports(status));
+    }
     let ends = scene.connectors.iter().filter(|c| {
         let of = |end: &str| {
             end.strip_prefix(name.as_str())
@@ -81,6 +93,22 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
         about.contains(&&event.spec.object) && event.spec.system == spec.system
     });
     page
+}
+
+/// What can be connected, looked at and written to.
+fn ports(status: &ComponentStatus) -> Table {
+    let mut table = Table::new(&["NAME", "DIRECTION", "TYPE"]);
+    for port in &status.ports {
+        let direction = match (port.kind, port.direction) {
+            (PortKind::Service, _) => "service",
+            (PortKind::Data, Some(Direction::In)) => "in",
+            (PortKind::Data, Some(Direction::Out)) => "out",
+            (PortKind::Data, None) => "",
+        };
+        let (name, of) = (port.name.clone(), port.data_type.clone());
+        table.row([name, direction.to_owned(), of]);
+    }
+    table
 }
 
 /// What keeps a component from running when it is waited for: itself, its module, package, manager and node.

@@ -4,6 +4,8 @@ use rts_controller_api::objects::{Component, Manager};
 
 use super::page::Page;
 use super::{Scene, component_table, policy, system_or_drift};
+use crate::show::age::short_time;
+use crate::show::size::bytes;
 
 pub(super) fn manager(manager: &Manager, scene: &Scene) -> Page {
     let (name, status) = (&manager.metadata.name, &manager.status);
@@ -17,6 +19,19 @@ pub(super) fn manager(manager: &Manager, scene: &Scene) -> Page {
     page.line("State", &status.state);
     page.line("Incarnation", &status.incarnation);
     page.line("Modules", status.modules.join(", "));
+    if let Some(usage) = &status.activity.usage {
+        page.line("Memory", bytes(usage.memory as f64));
+        page.line(
+            "CPU time",
+            short_time(usage.cpu_ms.saturating_mul(1_000_000)),
+        );
+    }
+    // Who looks at its ports, or writes to them: `rtsctl port`.
+    let taps = status.activity.taps.iter();
+    let taps: Vec<String> = taps
+        .map(|tap| format!("{} ({})", tap.port, tap.way))
+        .collect();
+    page.line("Taps", taps.join(", "));
     let target = format!("manager/{name}");
     page.line(
         "Last exit",

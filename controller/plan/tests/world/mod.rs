@@ -274,6 +274,7 @@ impl World {
             modules: BTreeSet::new(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         }
     }
 

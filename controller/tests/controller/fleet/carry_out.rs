@@ -166,6 +166,7 @@ fn change(state: &mut State, step: &Step) {
             modules: BTreeSet::new(),
             opened: Default::default(),
             components: Vec::new(),
+            activity: Default::default(),
         }),
         Work::LoadModule {
             manager, type_name, ..
