@@ -14,10 +14,8 @@ use rts_http::problem::Problem;
 use rts_manager_api::control::{CreateRequest, ModuleInfo, RequestBody, ResponseBody};
 use rts_plan::desired::ManagerKey;
 use rts_schemas::names;
-use rts_schemas::system::ExecutionKind;
 
 use crate::agent::Agent;
-use crate::execute::kind_name;
 use crate::managers::{Manager, Patience};
 use answers::{factory, link, module};
 
@@ -85,11 +83,14 @@ impl Agent {
             restarts: 0,
             sets,
             active: None,
-            execution_kind: kind_name(ExecutionKind::Periodic).to_owned(),
+            // As its module wants it.
+            execution_kind: String::new(),
             rate: wish.rate,
             log_path: log_path.display().to_string(),
             on_disconnect: None,
             stand_in: None,
+            realtime: None,
+            execution_context: None,
         };
         let created = self.create_in(&manager, request, module_file.path).await;
         if created.is_err() && fresh {

@@ -10,6 +10,7 @@ mod in_vain;
 mod manager;
 mod module;
 mod queue;
+mod realtime;
 mod stand_in;
 mod unbind;
 mod verb;
@@ -26,7 +27,6 @@ use tokio::sync::mpsc;
 use tokio::task::{Id, JoinSet};
 use tokio::time::{Instant, sleep_until, timeout_at};
 
-pub(crate) use component::kind_name;
 use queue::Armed;
 #[cfg(test)]
 use queue::BatchFault;

@@ -9,6 +9,7 @@ mod modules;
 mod narrow;
 mod placed;
 mod places;
+mod reach;
 mod silent;
 mod size;
 mod stand_ins;
@@ -116,6 +117,7 @@ pub async fn examine(
     let placed = core.place(Some(&candidate));
     let needs = needs(&placed, &candidate);
     faults.extend(needs.faults);
+    faults.extend(reach::reach(&placed, &candidate));
     let types = needs.types;
     let found = modules::resolve(core, &candidate.spec, &types).await;
     // What is wrong with the system itself goes before what is in its way, and that before what may pass.

@@ -1,5 +1,6 @@
 //! Numbers for `/metrics`, in the Prometheus text format.
 
+pub mod components;
 pub mod connectors;
 
 use std::collections::BTreeMap;
@@ -95,6 +96,13 @@ impl Gauge {
         }
         Self { name, help, values }
     }
+}
+
+/// Text as it stands in a label.
+fn escaped(text: &str) -> String {
+    text.replace('\\', r"\\")
+        .replace('"', "\\\"")
+        .replace('\n', r"\n")
 }
 
 fn family(out: &mut String, name: &str, help: &str, kind: &str) {

@@ -12,6 +12,7 @@ mod shape;
 #[cfg(test)]
 mod tests;
 mod value;
+mod walk;
 
 pub use decode::decode;
 pub use encode::encode;

@@ -8,6 +8,7 @@ mod component;
 mod configured;
 mod connector;
 mod constraint;
+mod contexts;
 mod library;
 mod limits;
 mod location;

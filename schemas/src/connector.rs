@@ -1,10 +1,12 @@
 //! What the properties of a data connector say: how samples travel, where they wait, and what happens when there is no
 //! room or nothing to read. The names are those of OpenRTM-aist; docs/connectors.md has them as a table.
 
+mod reach;
 mod read;
 
 use std::time::Duration;
 
+pub use reach::{Distance, OutOfReach};
 pub use read::{Fault, read};
 
 /// Samples that a buffer keeps when nothing is said of it.
@@ -17,6 +19,8 @@ pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(1);
 pub const LONGEST_TIMEOUT: Duration = Duration::from_secs(60);
 /// The highest rate of a periodic connector in hertz.
 pub const HIGHEST_RATE: f64 = 100_000.0;
+/// The lowest: one sample in an hour, and a bit less.
+pub const LOWEST_RATE: f64 = 0.000_25;
 
 /// A data connector's properties, read.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,15 +14,16 @@ pub use recorded::Values;
 pub use settings::{of, settings};
 pub use stand_in::StandInSetting;
 pub use values::{
-    Cpus, ManagerName, MemoryLimit, NodeName, PackageName, Priority, RestartLimit, Time, Value,
-    VersionRange,
+    ContextName, ContextOrder, Cpus, ManagerName, MemoryLimit, NodeName, PackageName, Priority,
+    Rate, RestartLimit, Time, Value, VersionRange,
 };
 pub(crate) use values::{milliseconds, spelled_time, time_schema};
 
 use crate::diagnostic::Finding;
 use crate::span::{Span, Text};
 use crate::system::{
-    ComponentSpec, DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn, StandInFault,
+    ComponentSpec, DriftPolicy, ExecutionKind, OnDisconnect, OnHang, RestartPolicy, StandIn,
+    StandInFault,
 };
 use crate::yaml::{self, Node};
 use crate::yaml_type::{Faults, Map, YamlType, yaml_type};
@@ -66,6 +67,8 @@ yaml_type! {
         version: VersionRange = "version";
         /// When a stand-in, with its ports but without its code, takes its place; a mapping says how that behaves too.
         stand_in: StandInSetting = "standIn";
+        /// The execution context that runs it.
+        execution_context: ExecutionContextSettings = "executionContext";
         /// What it may use of its node.
         resources: ResourceSettings = "resources";
         /// Configuration sets, parameter by parameter, and the active one.
@@ -90,12 +93,31 @@ yaml_type! {
 }
 
 yaml_type! {
+    /// An execution context. Kind and rate may also be said in the profile, and are then its own there.
+    pub struct ExecutionContextSettings {
+        /// Execution context that it shares with the other components of its manager that name the same; all run on one
+        /// thread, in their order.
+        name: ContextName = "name";
+        /// Place in that order: lower numbers run first, those with the same by name.
+        order: ContextOrder = "order";
+        /// What drives it.
+        kind: ExecutionKind = "kind";
+        /// Rate in hertz.
+        rate: Rate = "rate";
+    }
+}
+
+yaml_type! {
     /// What a component may use of its node.
     pub struct ResourceSettings {
         /// Processors that its execution context runs on.
         cpus: Cpus = "cpus";
         /// SCHED_FIFO priority of its execution context.
         realtime_priority: Priority = "realtimePriority";
+        /// Whether the memory of its process is locked, so that nothing of it is ever fetched from a disk.
+        lock_memory: bool = "lockMemory";
+        /// Whether it is refused where its node does not permit these; `false` runs it all the same, with an event.
+        required: bool = "required";
         /// Memory that its process may have; components that share a process add theirs up.
         memory_limit: MemoryLimit = "memoryLimit";
     }

@@ -165,6 +165,17 @@ pub struct ExecutionContextSpec {
     /// Rate in Hz, from [`MIN_RATE`] to [`MAX_RATE`]; `None` leaves the module's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// Name of the one that it shares with other components of its manager (`rtsctl.executionContext.name`); none for one of
+    /// its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Place among the components of a shared one: lower numbers run first, those with the same by name
+    /// (`rtsctl.executionContext.order`).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub order: i32,
+    /// The composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 impl Default for ExecutionContextSpec {
@@ -173,8 +184,37 @@ impl Default for ExecutionContextSpec {
             id: zero(),
             kind: ExecutionKind::default(),
             rate: None,
+            name: None,
+            order: 0,
+            shared_state: None,
         }
     }
+}
+
+impl ExecutionContextSpec {
+    /// The one that it shares with others, as a plan tells it; none for one of its own.
+    pub fn shared(&self) -> Option<SharedExecutionContext> {
+        let name = self.name.clone()?;
+        Some(SharedExecutionContext {
+            name,
+            order: self.order,
+            shared_state: self.shared_state.clone(),
+        })
+    }
+}
+
+/// An execution context that components of one manager share, at one of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SharedExecutionContext {
+    /// Its name.
+    pub name: String,
+    /// Place among its components: lower numbers run first, those with the same by name.
+    #[serde(default)]
+    pub order: i32,
+    /// The composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 /// `ExecutionKind` of OMG RTC 1.0.
@@ -188,6 +228,17 @@ pub enum ExecutionKind {
     EventDriven,
     /// Anything else, such as a simulator that ticks it.
     Other,
+}
+
+impl ExecutionKind {
+    /// As overlays and the control protocol write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Periodic => "periodic",
+            Self::EventDriven => "eventDriven",
+            Self::Other => "other",
+        }
+    }
 }
 
 /// Where a component runs. Everything is optional: see "Placement" in the architecture.
@@ -369,6 +420,13 @@ pub struct Resources {
     /// SCHED_FIFO priority of its execution context, 1 to 99 (`rtsctl.resources.realtimePriority`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realtime_priority: Option<u8>,
+    /// Whether the memory of its process is locked (`rtsctl.resources.lockMemory`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lock_memory: Option<bool>,
+    /// Whether it is refused where its node does not permit these; true when nothing is said
+    /// (`rtsctl.resources.required`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub required: Option<bool>,
     /// Bytes that its process may have (`rtsctl.resources.memoryLimit`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_limit_bytes: Option<u64>,
@@ -379,6 +437,36 @@ impl Resources {
     fn is_default(&self) -> bool {
         *self == Self::default()
     }
+
+    /// What of it its execution context is to have; none when nothing is asked for.
+    pub fn realtime(&self) -> Option<Realtime> {
+        let asked = Realtime {
+            cpus: self.cpus.clone(),
+            priority: self.realtime_priority,
+            lock_memory: self.lock_memory.unwrap_or_default(),
+            required: self.required.unwrap_or(true),
+        };
+        let any = asked.cpus.is_some() || asked.priority.is_some() || asked.lock_memory;
+        any.then_some(asked)
+    }
+}
+
+/// What an execution context is to have of its node so that it keeps its time.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Realtime {
+    /// Processors that it runs on, as cpuset(7) lists them; none for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpus: Option<String>,
+    /// SCHED_FIFO priority, 1 to 99; none for the usual scheduling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub priority: Option<u8>,
+    /// The memory of its process is locked.
+    #[serde(default)]
+    pub lock_memory: bool,
+    /// Its component is not made where its node does not permit all of it.
+    #[serde(default)]
+    pub required: bool,
 }
 
 /// What happens when what runs was changed by hand since the system was applied.
@@ -637,6 +725,14 @@ pub enum SendingTiming {
 
 fn yes() -> bool {
     true
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(number: &i32) -> bool {
+    *number == 0
 }
 
 fn zero() -> String {

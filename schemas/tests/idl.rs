@@ -154,6 +154,71 @@ fn omniidl_accepts_and_refuses_the_same() {
     }
 }
 
+/// A back end of omniidl that prints each definition and its repository id.
+const IDS: &str = r#"
+def tell(node):
+    if hasattr(node, "declarators"):
+        for each in node.declarators():
+            tell(each)
+    elif hasattr(node, "repoId") and not hasattr(node, "definitions"):
+        print("::".join(node.scopedName()), node.repoId())
+    for parts in ("definitions", "contents"):
+        if hasattr(node, parts):
+            for each in getattr(node, parts)():
+                tell(each)
+def run(tree, args):
+    for each in tree.declarations():
+        tell(each)
+"#;
+
+#[test]
+fn repository_ids_are_those_of_omniidl() {
+    if !has_omniidl() {
+        return;
+    }
+    let texts = [
+        "#pragma prefix \"lab.org\"\nmodule M { struct A { long x; }; };\nstruct B { long x; };\n",
+        "module M {\n#pragma prefix \"lab.org\"\nstruct A { long x; }; module N { enum E { one }; }; };\nmodule M { struct B { long x; }; };\n",
+        "#pragma prefix \"a\"\nmodule M { module N {\n#pragma prefix \"b\"\nconst long X = 1; };\nconst long Y = 1;\n#pragma prefix \"\"\ntypedef long T; };\nexception Z { };\n",
+        "module M { interface I { struct S { long x; }; };\n#pragma prefix \"c\"\ninterface J { struct S { long x; }; }; };\n",
+        "module M {\n#include \"inner.idl\"\nstruct A { long x; }; };\n",
+        "#pragma prefix \"d\"\n#include \"inner.idl\"\nmodule M { struct A { long x; };\n#pragma ID A \"IDL:own:1.0\"\nstruct B { long x; };\n#pragma version B 3.1\n};\n",
+    ];
+    let folder = Folder::new("ids");
+    let inner = "struct Plain { long x; };\n#pragma prefix \"in\"\nstruct Inner { long x; };\n";
+    folder.put("inner.idl", inner);
+    folder.put("ids.py", IDS);
+    for (number, text) in texts.into_iter().enumerate() {
+        let file = folder.put(&format!("ids{number}.idl"), text);
+        let output = Command::new("omniidl")
+            .args(["-bids", "-p"])
+            .args([&folder.0, &file])
+            .output()
+            .unwrap();
+        let mut told: Vec<String> = String::from_utf8_lossy(&output.stdout)
+            .lines()
+            .map(str::to_owned)
+            .collect();
+        let read = read(
+            "ids.idl",
+            text.as_bytes(),
+            &Files(vec![("inner.idl", inner)]),
+        )
+        .unwrap();
+        let mut ours: Vec<String> = read
+            .unit
+            .definitions
+            .iter()
+            .filter(|it| it.file == "ids.idl" || it.file == "inner.idl")
+            .map(|it| format!("{} {}", it.name(), it.repository_id))
+            .collect();
+        told.sort();
+        ours.sort();
+        assert!(!told.is_empty(), "{output:?}");
+        assert_eq!(ours, told, "{text}");
+    }
+}
+
 /// Files of a folder and of those that are searched.
 struct Folders(Vec<PathBuf>);
 
@@ -344,6 +409,14 @@ fn what_is_too_much_is_refused() {
         format!(
             "{}const long x = A40;",
             numbered(40, &|n| format!("#define A{} A{n} A{n}\n", n + 1))
+        ),
+        format!(
+            "#define A0\n{}const long x = 1; A4",
+            numbered(4, &|n| format!(
+                "#define A{} {}\n",
+                n + 1,
+                format!("A{n} ").repeat(900)
+            ))
         ),
         format!(
             "struct A0 {{ long x; }};{}",

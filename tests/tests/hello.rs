@@ -76,7 +76,7 @@ fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
     }
     let transport = |name: &str| stack.named("connectors", name)["status"]["transport"].clone();
     assert_eq!(transport("Sine0.out-Filter0.in"), "direct");
-    assert_eq!(transport("Filter0.out-Printer0.in"), "uds");
+    assert_eq!(transport("Filter0.out-Printer0.in"), "shm");
 
     let before = incarnations(&stack);
     let said = stack.expect(0, &["apply", HELLO]);

@@ -287,3 +287,79 @@ fn a_lost_peer_that_leaves_the_profile_is_waited_for_no_longer() {
     assert!(stack.witness().all_active(2));
     stack.leaves_nothing();
 }
+
+/// SCHED_FIFO where the machine permits it; where it does not, that is shown.
+#[test]
+fn what_an_execution_context_has_of_its_node_is_taken_changed_and_shown() {
+    let stack = Stack::new();
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let mut lines = status.lines();
+    let allowed = lines.find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
+    let allowed = allowed.unwrap().trim();
+    let first = allowed.split(['-', ',']).next().unwrap();
+    let profile = |more: &[(&str, &str)]| {
+        let mut profile = Profile::new("real").component("source", "SineSource");
+        for (key, value) in more {
+            profile = profile.with(&format!("resources.{key}"), value);
+        }
+        let file = stack.write("real.xml", profile.xml());
+        file.to_string_lossy().into_owned()
+    };
+    let realtime = || of(&stack.get("components"), "source")["status"]["realtime"].clone();
+
+    stack.expect(0, &["apply", &profile(&[("cpus", first)])]);
+    let found = realtime();
+    assert_eq!(
+        (&found["cpus"], &found["scheduler"]),
+        (&first.into(), &"SCHED_OTHER".into())
+    );
+    let before = stack.witness();
+
+    let fifo = profile(&[
+        ("cpus", first),
+        ("realtimePriority", "5"),
+        ("required", "false"),
+    ]);
+    let plan = stack.expect(1, &["diff", &fifo]);
+    assert!(
+        plan.out
+            .contains("the resources of its execution context changed"),
+        "{}",
+        plan.out
+    );
+    stack.expect(0, &["apply", &fifo]);
+    let found = realtime();
+    let shown = stack.expect(0, &["describe", "component", "source"]).out;
+    match found["denied"].as_array() {
+        None => {
+            assert_eq!(found["scheduler"], "SCHED_FIFO");
+            assert!(
+                shown.contains(&format!(
+                    "SCHED_FIFO 5, processors {first}, memory not locked"
+                )),
+                "{shown}"
+            );
+        }
+        Some(_) => assert!(
+            shown.contains("cannot have SCHED_FIFO priority 5"),
+            "{shown}"
+        ),
+    }
+    let (was, is) = (before.of("source"), stack.witness());
+    assert_ne!(
+        was.info.incarnation,
+        is.of("source").info.incarnation,
+        "it is made anew"
+    );
+
+    // Nothing is done about one that is as desired.
+    stack.expect(0, &["diff", &fifo]);
+    // No machine has so many: it is refused, and why.
+    let refused = stack.expect(5, &["apply", &profile(&[("cpus", "1023")])]);
+    assert!(
+        refused.err.contains("cannot run on the processors 1023"),
+        "{}",
+        refused.err
+    );
+    stack.leaves_nothing();
+}

@@ -1,5 +1,8 @@
 //! A component of the Rust SDK for the tests of this crate: fails or panics in the callbacks that `fail` names.
 
+use std::thread;
+use std::time::Duration;
+
 use rts_runtime::{Component, Config, Context, Declaration, RtcError, RtcResult, TypeInfo, export};
 
 struct Failing {
@@ -7,6 +10,8 @@ struct Failing {
     panics: Config<bool>,
     /// Below 0 it asks for cycles.
     produce: Config<i32>,
+    /// A thread of its own asks for cycles once it is activated, until it is told that it has ended.
+    thread: Config<bool>,
 }
 
 impl Failing {
@@ -50,6 +55,7 @@ impl Component for Failing {
             fail: d.parameter("fail", Vec::new()),
             panics: d.parameter("panics", false),
             produce: d.parameter("produce", 0),
+            thread: d.parameter("thread", false),
         }
     }
 
@@ -60,6 +66,17 @@ impl Component for Failing {
 
     fn on_activated(&mut self, ctx: &mut Context<'_>) -> RtcResult {
         self.wake(ctx)?;
+        if self.thread.get() {
+            let waker = ctx.waker();
+            let asks = move || {
+                while waker.wake().is_ok() {
+                    thread::sleep(Duration::from_millis(1));
+                }
+            };
+            thread::Builder::new()
+                .name("waker".to_owned())
+                .spawn(asks)?;
+        }
         self.enter("on_activated")
     }
 

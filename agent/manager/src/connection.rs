@@ -51,7 +51,7 @@ pub fn serve(stream: UnixStream, shared: &Arc<Shared>) {
         Ok(Greeting::Control { version }) => control(stream, version, shared),
         Ok(Greeting::Data(hello)) => {
             if let Some(_slot) = shared.incoming.take() {
-                accept::serve(&stream, &hello, &shared.manager);
+                accept::serve(stream, &hello, &shared.manager);
             } else {
                 log::warn(format_args!(
                     "a data connection was closed: there are {} already",

@@ -1,6 +1,7 @@
 //! What a manager holds. Its locks are held for look-ups only, never while a component or a peer is waited for.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -8,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{Failure, Hello};
 
-use crate::component::Component;
+use crate::component::{Component, Contexts};
 use crate::data::Parting;
 use crate::data::binding::Bindings;
 use crate::events::Events;
@@ -33,6 +34,8 @@ const MAX_REQUESTS: usize = 64;
 pub struct Manager {
     /// What it answers to a greeting.
     pub hello: Hello,
+    /// Where it does, for connectors that take a transport though both ends are here.
+    pub socket: PathBuf,
     /// Modules that are open, by type.
     pub modules: Mutex<BTreeMap<String, Arc<Module>>>,
     /// Type name → digest of the file that was opened for it, as far as it was told; never forgotten.
@@ -49,6 +52,8 @@ pub struct Manager {
     pub taps: tap::List,
     /// Threads for requests.
     pub pool: Pool,
+    /// Execution contexts that components share.
+    pub contexts: Contexts,
     components: Mutex<BTreeMap<String, Arc<Component>>>,
     stopping: AtomicBool,
 }
@@ -64,9 +69,10 @@ pub enum Leftovers {
 
 impl Manager {
     /// An empty manager.
-    pub fn new(hello: Hello) -> Self {
+    pub fn new(hello: Hello, socket: PathBuf) -> Self {
         Self {
             hello,
+            socket,
             modules: Mutex::default(),
             opened: Mutex::default(),
             loading: Arc::default(),
@@ -75,6 +81,7 @@ impl Manager {
             outgoing: Slots::new(MAX_DATA),
             taps: tap::List::default(),
             pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
+            contexts: Contexts::default(),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
         }
@@ -180,7 +187,7 @@ impl Manager {
         for connector in component.take_connectors(|_| true) {
             connector.close(parting);
             let request = &connector.request;
-            if parting == Parting::Loss && request.target_socket.is_none() {
+            if parting == Parting::Loss && connector.is_direct() {
                 self.lose(&request.target_instance, &request.connector);
             }
         }

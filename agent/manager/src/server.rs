@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use jiff::Timestamp;
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::Hello;
+use rts_manager_api::files::CONTROL_SOCKET;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use rustix::fs::{FileType, Mode, OFlags};
 use rustix::process::{Resource, getrlimit, setrlimit};
@@ -80,7 +81,7 @@ pub fn run(settings: Settings) -> Result<Leftovers, ServeError> {
     };
     let mut run_dir = RunDir::take(&settings.dir, &hello)?;
     let shared = Arc::new(Shared {
-        manager: Arc::new(Manager::new(hello)),
+        manager: Arc::new(Manager::new(hello, settings.dir.join(CONTROL_SOCKET))),
         controls: Slots::new(MAX_CONTROLS),
         incoming: Slots::new(MAX_INCOMING),
         connections: Pool::new("connection", MAX_CONNECTIONS, SPARE_THREADS),

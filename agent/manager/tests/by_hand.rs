@@ -36,6 +36,7 @@ fn configure(sets: &[(&str, &str)], rate: Option<f64>, by_hand: Option<&str>) ->
         active: None,
         rate,
         on_disconnect: None,
+        order: None,
         by_hand: by_hand.map(str::to_owned),
     }
 }

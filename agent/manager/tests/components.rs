@@ -170,6 +170,7 @@ fn configuration_changes_in_place_all_or_nothing() {
         active: None,
         rate,
         on_disconnect: None,
+        order: None,
         by_hand: None,
     };
     ok(
@@ -243,6 +244,7 @@ fn a_failure_leads_to_error_with_its_reason_and_reset_leads_out() {
         active: None,
         rate: None,
         on_disconnect: None,
+        order: None,
         by_hand: None,
     };
     let reset = || RequestBody::Reset {
@@ -280,6 +282,7 @@ fn a_rate_that_a_component_cannot_take_holds_and_leads_to_error() {
         active: None,
         rate: Some(50.0),
         on_disconnect: None,
+        order: None,
         by_hand: None,
     };
     let failure = refused(&mut client, change.clone(), SOON);

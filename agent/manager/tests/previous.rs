@@ -212,10 +212,11 @@ fn a_manager_of_then_tells_its_version_to_one_that_speaks_no_older() {
 #[test]
 fn data_flows_to_a_manager_of_then_and_its_end_is_a_loss() {
     use rts_manager_api::frame;
+    use std::io::Read;
     use std::os::unix::net::UnixListener;
     let manager = start("m");
     let mut client = manager.client();
-    manager.create("A", &[]);
+    manager.create("A", &[("produce", "1")]);
     ok(&mut client, on_disconnect("A", "deactivate"));
     let home = tempfile::tempdir_in("/tmp").unwrap();
     let socket = home.path().join("control.sock");
@@ -228,7 +229,8 @@ fn data_flows_to_a_manager_of_then_and_its_end_is_a_loss() {
             frame::write_answer(&mut stream, &reply).unwrap();
             (stream, greeting)
         };
-        // A puller is not connected to it.
+        // Neither a puller nor shared memory is connected to it.
+        drop(greeted());
         drop(greeted());
         greeted()
     });
@@ -239,9 +241,26 @@ fn data_flows_to_a_manager_of_then_and_its_end_is_a_loss() {
     };
     let refusal = refused(&mut client, RequestBody::Connect(pull), SOON).message;
     assert!(refusal.contains("cannot fetch samples"), "{refusal}");
+    let shm = ConnectRequest {
+        properties: [("dataport.interface_type".to_owned(), "shm".to_owned())].into(),
+        ..request.clone()
+    };
+    let refusal = refused(&mut client, RequestBody::Connect(shm), SOON).message;
+    let why = "knows no other transport than uds (`dataport.interface_type` asks for shm): restart it with";
+    assert!(refusal.contains(why), "{refusal}");
     ok(&mut client, RequestBody::Connect(request));
     ok(&mut client, activate("A"));
-    let (stream, greeting) = peer.join().unwrap();
+    let (mut stream, greeting) = peer.join().unwrap();
+    for sequence in [1, 2] {
+        let mut frame = [0; 20];
+        stream.read_exact(&mut frame).unwrap();
+        assert_eq!(frame[..12], [0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0, sequence]);
+    }
+    let seen = component(&mut client, "A").connectors.remove(0);
+    assert_eq!(
+        (seen.state.as_str(), seen.transport.as_str()),
+        ("Connected", "uds")
+    );
     // It served its own version and the one before only.
     assert_eq!(greeting["version"], 1);
     drop(stream);
@@ -266,14 +285,23 @@ fn source_of_then(manager: &Running, incarnation: &str) -> std::os::unix::net::U
 
 #[test]
 fn the_end_of_a_source_of_then_is_a_loss_unless_it_is_unbound_first() {
+    use std::io::Write;
     let manager = start("m");
     let mut client = manager.client();
     let incarnation = manager.create("B", &[]);
     ok(&mut client, on_disconnect("B", "deactivate"));
     let bind = || binding("A.out-B.in", "B", "in", "A.out");
     ok(&mut client, bind());
-    let source = source_of_then(&manager, &incarnation);
+    let mut source = source_of_then(&manager, &incarnation);
     ok(&mut client, activate("B"));
+    for sequence in [1_u64, 2] {
+        source.write_all(&16_u32.to_be_bytes()).unwrap();
+        source.write_all(&sequence.to_be_bytes()).unwrap();
+        source.write_all(&sequence.to_ne_bytes()).unwrap();
+    }
+    until("its samples are read", || {
+        component(&mut client, "B").bindings[0].samples_received == 2
+    });
     ok(&mut client, unbind("A.out-B.in"));
     drop(source);
     let before = component(&mut client, "B").executions;

@@ -9,7 +9,8 @@ use crate::abi::{self, Buffer, Host};
 use crate::loan::Loan;
 use crate::port_status::{PortStatus, refused};
 use crate::types::DataError;
-use crate::{ReturnCode, RtcError, RtcResult, text};
+use crate::waker::{Waker, Wakers, wake};
+use crate::{RtcError, RtcResult, text};
 
 /// Level of a line in the component's log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,13 +31,18 @@ pub enum Level {
 #[derive(Debug)]
 pub struct Context<'h> {
     host: &'h Host,
+    wakers: &'h Wakers,
     /// Callbacks that were left to their default.
     defaults: u32,
 }
 
 impl<'h> Context<'h> {
-    pub(crate) fn new(host: &'h Host) -> Self {
-        Self { host, defaults: 0 }
+    pub(crate) fn new(host: &'h Host, wakers: &'h Wakers) -> Self {
+        Self {
+            host,
+            wakers,
+            defaults: 0,
+        }
     }
 
     /// Writes a line to the component's log.
@@ -107,14 +113,12 @@ impl<'h> Context<'h> {
 
     /// Asks an event-driven execution context for another cycle after this callback.
     pub fn wake(&self) -> RtcResult {
-        // SAFETY: as in `now`.
-        match unsafe { (self.host.wake)(self.host.context) } {
-            abi::return_code::OK => Ok(()),
-            code => Err(RtcError::new(
-                ReturnCode::from_number(code),
-                "the execution context cannot be woken: it is not event-driven",
-            )),
-        }
+        wake(self.host)
+    }
+
+    /// The same for threads of the component's own.
+    pub fn waker(&self) -> Waker {
+        self.wakers.waker()
     }
 
     /// Whether an in-port has a sample.

@@ -12,6 +12,7 @@ use crate::abi::{self, Host, Module, Text, return_code};
 use crate::component::Component;
 use crate::context::Context;
 use crate::descriptor::{Declaration, describe};
+use crate::waker::Wakers;
 use crate::{ReturnCode, RtcError, RtcResult, text};
 
 /// Makes this crate a module with one component type. The crate needs `crate-type = ["cdylib"]`.
@@ -67,6 +68,8 @@ struct Instance<C> {
     component: C,
     declaration: Declaration,
     host: *const Host,
+    /// Ends after the component, whose drop may end threads that use it.
+    wakers: Wakers,
 }
 
 /// Makes an instance.
@@ -86,8 +89,9 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
     if version != abi::ABI_VERSION || (size as usize) < size_of::<Host>() {
         return return_code::UNSUPPORTED;
     }
-    // SAFETY: it is a host of this version.
-    let made = guard(unsafe { &*host }, |_| {
+    // SAFETY: it is a host of this version, and lives as long as the instance, which will own the wakers.
+    let (abi, wakers) = unsafe { (&*host, Wakers::new(host)) };
+    let made = guard(abi, &wakers, |_| {
         let mut declaration = Declaration::default();
         let component = C::declare(&mut declaration);
         if let Some(problem) = declaration.problem() {
@@ -96,14 +100,16 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
                 C::TYPE.name
             )));
         }
-        Ok(Box::new(Instance {
-            component,
-            declaration,
-            host,
-        }))
+        Ok((component, declaration))
     });
     match made {
-        Ok(made) => {
+        Ok((component, declaration)) => {
+            let made = Box::new(Instance {
+                component,
+                declaration,
+                host,
+                wakers,
+            });
             // SAFETY: not null; the manager gave a place to write to.
             unsafe { *instance = Box::into_raw(made).cast() };
             return_code::OK
@@ -143,8 +149,11 @@ pub(crate) unsafe extern "C" fn callback<C: Component>(
         let host = &*instance.host;
         (instance, host)
     };
-    let called = guard(host, |ctx| {
-        dispatch(&mut instance.component, callback, ctx)?;
+    let Instance {
+        component, wakers, ..
+    } = instance;
+    let called = guard(host, wakers, |ctx| {
+        dispatch(component, callback, ctx)?;
         Ok(ctx.is_default(callback))
     });
     match called {
@@ -172,7 +181,7 @@ pub(crate) unsafe extern "C" fn configure<C: Component>(
     };
     // SAFETY: the manager lends both texts for the time of the call.
     let (name, value) = unsafe { (text::read(name), text::read(value)) };
-    code(guard(host, |_| {
+    code(guard(host, &instance.wakers, |_| {
         instance
             .declaration
             .assign(&name, &value)
@@ -207,8 +216,12 @@ fn code<T>(result: Result<T, i32>) -> i32 {
 }
 
 /// Runs what the author wrote; an error or a panic becomes a reason for the manager and a return code.
-fn guard<T>(host: &Host, run: impl FnOnce(&mut Context<'_>) -> RtcResult<T>) -> Result<T, i32> {
-    let mut ctx = Context::new(host);
+fn guard<T>(
+    host: &Host,
+    wakers: &Wakers,
+    run: impl FnOnce(&mut Context<'_>) -> RtcResult<T>,
+) -> Result<T, i32> {
+    let mut ctx = Context::new(host, wakers);
     match catch(|| run(&mut ctx)) {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => {

@@ -55,6 +55,7 @@ mod ports;
 pub mod testing;
 mod text;
 pub mod types;
+mod waker;
 
 pub use component::{Component, ExecutionKind, TypeInfo};
 pub use configuration::{Config, ParameterError, ParameterValue};
@@ -64,6 +65,7 @@ pub use error::{ReturnCode, RtcError, RtcResult};
 pub use loan::Loan;
 pub use port_status::PortStatus;
 pub use ports::{InPort, OutPort};
+pub use waker::Waker;
 /// Types that are generated from IDL name it so.
 extern crate self as rts_runtime;
 

@@ -18,6 +18,7 @@ use std::fmt;
 use std::ptr;
 use std::rc::Rc;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime};
 
 use crate::abi::{self, Buffer, Host, Loan, Module, Text, callback, port_status, return_code};
@@ -53,7 +54,7 @@ impl std::error::Error for Failure {}
 pub struct TestHost {
     module: &'static Module,
     instance: *mut c_void,
-    state: Rc<RefCell<State>>,
+    shared: Rc<Shared>,
     /// The component keeps a pointer to it.
     _host: Rc<Host>,
 }
@@ -69,7 +70,14 @@ struct State {
     /// Type ids of the ports.
     types: Vec<String>,
     rate: f64,
-    woken: u64,
+}
+
+/// What the host's functions have.
+#[derive(Debug, Default)]
+struct Shared {
+    state: RefCell<State>,
+    /// Any thread counts.
+    woken: AtomicU64,
 }
 
 #[derive(Debug)]
@@ -91,7 +99,7 @@ impl TestHost {
 
     /// Creates a component of a module, and calls nothing more.
     pub fn create(module: &'static Module) -> Result<Self, Failure> {
-        let state = Rc::new(RefCell::new(State {
+        let state = RefCell::new(State {
             // SAFETY: texts of a descriptor are static.
             types: ports(module)
                 .iter()
@@ -99,11 +107,15 @@ impl TestHost {
                 .collect(),
             rate: module.default_rate,
             ..State::default()
-        }));
+        });
+        let shared = Rc::new(Shared {
+            state,
+            woken: AtomicU64::new(0),
+        });
         let host = Rc::new(Host {
             abi_version: abi::ABI_VERSION,
             size: size_of::<Host>() as u32,
-            context: Rc::as_ptr(&state).cast_mut().cast(),
+            context: Rc::as_ptr(&shared).cast_mut().cast(),
             log,
             fail,
             now,
@@ -119,11 +131,11 @@ impl TestHost {
         let mut instance = ptr::null_mut();
         // SAFETY: the host lives in `Self` as long as the instance; `instance` can be written to.
         let code = unsafe { (module.create)(Rc::as_ptr(&host), &raw mut instance) };
-        outcome(&state, code)?;
+        outcome(&shared.state, code)?;
         Ok(Self {
             module,
             instance,
-            state,
+            shared,
             _host: host,
         })
     }
@@ -138,14 +150,14 @@ impl TestHost {
         // SAFETY: the instance is alive; the texts live until the call returns.
         let code =
             unsafe { (self.module.configure)(self.instance, text::lend(name), text::lend(value)) };
-        outcome(&self.state, code)
+        outcome(&self.shared.state, code)
     }
 
     /// Calls one of [`abi::callback`].
     pub fn callback(&mut self, callback: u32) -> Result<(), Failure> {
         // SAFETY: the instance is alive.
         let code = unsafe { (self.module.callback)(self.instance, callback) };
-        outcome(&self.state, code)
+        outcome(&self.shared.state, code)
     }
 
     /// Calls `on_activated`.
@@ -184,7 +196,7 @@ impl TestHost {
             encoding: abi::ENCODING_CDR_LE,
             data: data.into(),
         };
-        self.state.borrow_mut().push(port, sample);
+        self.shared.state.borrow_mut().push(port, sample);
     }
 
     /// Takes what was written to an out-port.
@@ -193,7 +205,7 @@ impl TestHost {
     /// When there is no such out-port, or it has another type.
     pub fn take<T: DataType>(&mut self, port: &str) -> Vec<T> {
         let port = self.port(port, abi::PORT_OUT);
-        let samples = self.state.borrow_mut().queues.remove(&port);
+        let samples = self.shared.state.borrow_mut().queues.remove(&port);
         let decode = |sample: Sample| {
             assert_eq!(sample.type_id, T::TYPE_ID, "type of the sample");
             T::decode(&sample.data).expect("a sample of this SDK")
@@ -207,12 +219,12 @@ impl TestHost {
 
     /// Takes how often the component asked for another cycle.
     pub fn take_woken(&mut self) -> u64 {
-        std::mem::take(&mut self.state.borrow_mut().woken)
+        self.shared.woken.swap(0, Ordering::Relaxed)
     }
 
     /// Takes the lines that were logged.
     pub fn take_log(&mut self) -> Vec<String> {
-        let lines = std::mem::take(&mut self.state.borrow_mut().log);
+        let lines = std::mem::take(&mut self.shared.state.borrow_mut().log);
         lines.into_iter().map(|(_, line)| line).collect()
     }
 
@@ -296,7 +308,7 @@ fn outcome(state: &RefCell<State>, code: i32) -> Result<(), Failure> {
 /// `context` must be that of the host made in [`TestHost::create`].
 unsafe fn state<'a>(context: *mut c_void) -> &'a RefCell<State> {
     // SAFETY: it points into the `Rc` that the host's owner holds.
-    unsafe { &*context.cast::<RefCell<State>>() }
+    unsafe { &(*context.cast::<Shared>()).state }
 }
 
 unsafe extern "C" fn log(context: *mut c_void, level: u32, message: Text) {
@@ -327,8 +339,9 @@ unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
 }
 
 unsafe extern "C" fn wake(context: *mut c_void) -> i32 {
-    // SAFETY: as in `log`.
-    unsafe { state(context) }.borrow_mut().woken += 1;
+    // SAFETY: as in `log`, but by any thread: nothing else is touched.
+    let woken = unsafe { &(*context.cast::<Shared>()).woken };
+    woken.fetch_add(1, Ordering::Relaxed);
     return_code::OK
 }
 

@@ -6,13 +6,15 @@
 mod header;
 
 use std::ptr;
+use std::sync::Mutex;
+use std::thread::{self, JoinHandle};
 
 use rts_runtime::abi::{self, Entry, Host, Module, callback};
 use rts_runtime::testing::TestHost;
 use rts_runtime::types::{DataType, TimedDouble, TimedLong};
 use rts_runtime::{
     Component, Config, Context, Declaration, InPort, OutPort, ReturnCode, RtcError, RtcResult,
-    TypeInfo,
+    TypeInfo, Waker,
 };
 
 struct Echo {
@@ -224,4 +226,62 @@ fn a_wrong_declaration_fails_at_create_with_the_reason() {
     );
     let panic = TestHost::of::<Broken<1>>().unwrap_err();
     assert!(panic.reason.ends_with(": no declaration"), "{panic}");
+}
+
+/// Wakes itself by a thread that its drop ends, and lends its waker to whoever wants it.
+struct Threaded {
+    thread: Option<JoinHandle<RtcResult>>,
+}
+
+static LENT: Mutex<Option<Waker>> = Mutex::new(None);
+static AT_DROP: Mutex<Option<RtcResult>> = Mutex::new(None);
+
+impl Component for Threaded {
+    const TYPE: TypeInfo = TypeInfo {
+        name: "Threaded",
+        ..Echo::TYPE
+    };
+
+    fn declare(_: &mut Declaration) -> Self {
+        Self { thread: None }
+    }
+
+    fn on_activated(&mut self, ctx: &mut Context<'_>) -> RtcResult {
+        let waker = ctx.waker();
+        *LENT.lock().unwrap() = Some(waker.clone());
+        self.thread = Some(thread::spawn(move || (0..3).try_for_each(|_| waker.wake())));
+        Ok(())
+    }
+}
+
+impl Drop for Threaded {
+    fn drop(&mut self) {
+        let ended = self.thread.take().map(|thread| thread.join().unwrap());
+        let waker = LENT.lock().unwrap().clone();
+        *AT_DROP.lock().unwrap() = ended.and_then(|ended| Some(ended.and(waker?.wake())));
+    }
+}
+
+#[test]
+fn any_thread_wakes_a_component_until_it_has_ended() {
+    let mut host = TestHost::of::<Threaded>().unwrap();
+    host.activate().unwrap();
+    let lent = LENT.lock().unwrap().clone().unwrap();
+    lent.wake().unwrap();
+    let woken = loop {
+        match host.take_woken() {
+            0 => thread::yield_now(),
+            some => break some,
+        }
+    };
+    assert!((1..=4).contains(&woken), "{woken}");
+    drop(host);
+    let at_drop = AT_DROP.lock().unwrap().take().unwrap();
+    assert!(
+        at_drop.is_ok(),
+        "it still is when it is dropped: {at_drop:?}"
+    );
+    let late = lent.wake().unwrap_err();
+    assert_eq!(late.code(), ReturnCode::PreconditionNotMet);
+    assert_eq!(late.reason(), "the component cannot be woken: it has ended");
 }

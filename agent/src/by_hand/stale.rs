@@ -118,6 +118,7 @@ fn settled(part: &NodeSystem, live: &ComponentObserved) -> Option<RequestBody> {
         active: None,
         rate: None,
         on_disconnect: None,
+        order: None,
         by_hand: Some(mark.encode()),
     })
 }

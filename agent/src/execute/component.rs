@@ -1,12 +1,14 @@
 //! Verbs on components: Create, Configure, Activate, Deactivate, Reset, Delete.
 
-use rts_manager_api::control::{CreateRequest, FailureCode, RequestBody, ResponseBody};
+use rts_manager_api::control::{
+    CreateRequest, ExecutionContextRequest, FailureCode, RequestBody, ResponseBody,
+};
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::mark::Mark;
 use rts_plan::observed::Inventory;
 use rts_plan::plan::Work;
 use rts_schemas::names::instance_name_problem;
-use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
+use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect, SharedExecutionContext};
 
 use super::verb::{StepError, Verb, system_id, unless};
 use crate::events::lock;
@@ -26,8 +28,10 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
+            realtime,
         } => {
             let mut request = create_request(
                 verb,
@@ -39,8 +43,15 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 rate,
             );
             request.on_disconnect = Some(on_disconnect_name(on_disconnect).to_owned());
+            if let Some(shared) = execution_context {
+                let manager = verb.manager(&manager)?;
+                share(&manager, &mut request, shared)?;
+            }
             if let Some(shape) = stand_in {
                 super::stand_in::put_in(&*verb.manager(&manager)?, &mut request, shape)?;
+            }
+            if let Some(asked) = realtime {
+                super::realtime::put_in(&*verb.manager(&manager)?, &mut request, asked)?;
             }
             create(verb, &manager, request).await
         }
@@ -50,6 +61,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
             configuration,
             rate,
             on_disconnect,
+            order,
         } => {
             let Configuration { active, sets } = configuration;
             let nothing_else = sets.is_empty() && active.is_none() && rate.is_none();
@@ -65,6 +77,7 @@ pub(super) async fn carry_out(verb: &Verb, work: Work) -> Result<(), StepError> 
                 active: set.active,
                 rate,
                 on_disconnect: on_disconnect.map(|wanted| on_disconnect_name(wanted).to_owned()),
+                order,
                 by_hand,
             };
             done(verb, &manager, request).await
@@ -171,7 +184,31 @@ fn create_request(
         rate,
         on_disconnect: None,
         stand_in: None,
+        realtime: None,
+        execution_context: None,
     }
+}
+
+/// Makes a request one for a component of a shared execution context.
+fn share(
+    manager: &Manager,
+    request: &mut CreateRequest,
+    shared: SharedExecutionContext,
+) -> Result<(), StepError> {
+    if manager.link.version().is_some_and(|version| version < 2) {
+        return Err(StepError::Refused(format!(
+            "manager {} speaks protocol version 1, which does not know shared execution contexts: stop it, so that a new process \
+             takes its place, then {} can be made",
+            manager.key.display_name(),
+            request.instance
+        )));
+    }
+    request.execution_context = Some(Box::new(ExecutionContextRequest {
+        name: shared.name,
+        order: shared.order,
+        shared_state: shared.shared_state,
+    }));
+    Ok(())
 }
 
 async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result<(), StepError> {
@@ -324,10 +361,6 @@ fn on_disconnect_name(wanted: OnDisconnect) -> &'static str {
 }
 
 /// Name of an execution kind in the control protocol.
-pub(crate) fn kind_name(kind: ExecutionKind) -> &'static str {
-    match kind {
-        ExecutionKind::Periodic => "periodic",
-        ExecutionKind::EventDriven => "eventDriven",
-        ExecutionKind::Other => "other",
-    }
+pub(super) fn kind_name(kind: ExecutionKind) -> &'static str {
+    kind.as_str()
 }

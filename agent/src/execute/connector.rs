@@ -70,7 +70,10 @@ pub(crate) async fn reach(
     let spec = wanted.connector.spec;
     dial(
         source,
-        request(spec, incarnation, Some(socket), by_hand),
+        ConnectRequest {
+            between_nodes: true,
+            ..request(spec, incarnation, Some(socket), by_hand)
+        },
         limit,
     )
     .await
@@ -108,6 +111,7 @@ fn request(
         target_port: spec.target.port,
         target_socket,
         target_incarnation,
+        between_nodes: false,
         properties: spec.properties,
         by_hand,
     }

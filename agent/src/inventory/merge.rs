@@ -5,16 +5,17 @@ use std::time::Duration;
 
 use rts_manager_api::control::{
     self, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
-    ManagerInventory, PortInfo, SystemId, TapInfo, TimingInfo,
+    ExecutionContextInfo, ManagerInventory, PortInfo, RealtimeInfo, SystemId, TapInfo, TimingInfo,
 };
 use rts_plan::desired::{ManagerKey, SystemRef};
 use rts_plan::observed::{
     Activity, BindingObserved, ByHand, ComponentObserved, ConnectorObserved, ConnectorState,
     DurationsObserved, Inventory, Latency, LifeCycleState, ManagerObserved, PortObserved,
-    TapObserved, TimingObserved, Usage,
+    RealtimeObserved, TapObserved, TimingObserved, Usage,
 };
 use rts_schemas::system::{
-    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
+    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
+    SharedExecutionContext,
 };
 
 use super::hang;
@@ -134,7 +135,9 @@ fn tap(info: TapInfo) -> TapObserved {
 }
 
 fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> ComponentObserved {
-    let hangs = hang::hangs(policies, &info).map(hangs);
+    let hangs = hang::hangs(policies, &info);
+    let hangs =
+        hangs.map(|busy| self::hangs(busy, &info.instance, info.execution_context.as_ref()));
     let mut connectors: Vec<_> = info
         .connectors
         .into_iter()
@@ -161,9 +164,12 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
         hangs,
         on_disconnect: on_disconnect(info.on_disconnect.as_deref()),
         execution_kind: execution_kind(&info.execution_kind),
+        runs_with: runs_with(info.execution_context.as_ref()),
+        execution_context: info.execution_context.map(shared),
         rate: info.rate,
         executions: info.executions,
         timing: info.timing.map(timing),
+        realtime: info.realtime.map(realtime),
         ports: info.ports.into_iter().map(port).collect(),
         connectors,
         bindings,
@@ -175,6 +181,7 @@ fn component(info: ComponentInfo, arrivals: &Arrivals, policies: &Policies) -> C
 fn timing(info: TimingInfo) -> TimingObserved {
     TimingObserved {
         overruns: info.overruns,
+        reached: info.reached,
         execution: durations(info.execution),
         jitter: info.jitter.map(durations),
     }
@@ -185,8 +192,26 @@ fn durations(info: DurationInfo) -> DurationsObserved {
         count: info.count,
         median: info.median,
         p99: info.p99,
+        p999: info.p999,
         max: info.max,
         buckets: info.buckets,
+    }
+}
+
+fn realtime(info: RealtimeInfo) -> RealtimeObserved {
+    let asked = info.asked;
+    RealtimeObserved {
+        asked: Realtime {
+            cpus: asked.cpus,
+            priority: asked.priority,
+            lock_memory: asked.lock_memory,
+            required: asked.required,
+        },
+        scheduler: info.scheduler,
+        priority: info.priority,
+        cpus: info.cpus,
+        memory_locked: info.memory_locked,
+        denied: info.denied,
     }
 }
 
@@ -199,12 +224,18 @@ fn by_hand(info: ByHandInfo) -> ByHand {
 }
 
 /// Says since when a callback has not returned.
-fn hangs(busy: &Busy) -> String {
-    format!(
-        "has been in {} for {} s",
-        busy.callback,
-        busy.milliseconds / 1000
-    )
+fn hangs(busy: &Busy, instance: &str, shared: Option<&ExecutionContextInfo>) -> String {
+    let held_up = shared.map_or(String::new(), |shared| {
+        let others = shared.members.iter().map(String::as_str);
+        let others: Vec<&str> = others.filter(|other| *other != instance).collect();
+        let with = match others.is_empty() {
+            true => String::new(),
+            false => format!(" with {}", others.join(", ")),
+        };
+        format!(" and holds up execution context {}{with}", shared.name)
+    });
+    let (callback, seconds) = (&busy.callback, busy.milliseconds / 1000);
+    format!("has been in {callback}{held_up} for {seconds} s")
 }
 
 fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> ConnectorObserved {
@@ -314,6 +345,18 @@ fn execution_kind(text: &str) -> ExecutionKind {
         "periodic" => ExecutionKind::Periodic,
         "eventDriven" => ExecutionKind::EventDriven,
         _ => ExecutionKind::Other,
+    }
+}
+
+fn runs_with(shared: Option<&ExecutionContextInfo>) -> Vec<String> {
+    shared.map_or(Vec::new(), |shared| shared.members.clone())
+}
+
+fn shared(info: ExecutionContextInfo) -> SharedExecutionContext {
+    SharedExecutionContext {
+        name: info.name,
+        order: info.order,
+        shared_state: info.shared_state,
     }
 }
 

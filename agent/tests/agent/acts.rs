@@ -429,6 +429,7 @@ async fn changes_one_right_after_the_other_are_all_marked() {
         },
         rate: None,
         on_disconnect: None,
+        order: None,
     };
     let set = crate::setup::batch("set", 2, vec![step(1, &[], "Filter0", work)]);
     assert_eq!(node.outcomes(&set).await[0].1, "ok");

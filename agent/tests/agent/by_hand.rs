@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use rts_agent_api::AgentApi;
 use rts_agent_api::messages::{CreateByHand, ModuleRequest};
 
+use rts_schemas::system::ExecutionKind;
+
 use crate::setup::{Node, problem};
 
 fn wish(type_name: &str, instance: Option<&str>) -> CreateByHand {
@@ -53,6 +55,8 @@ async fn a_manager_is_started_by_its_first_module_and_its_components_are_numbere
         ("Sine1", &None)
     );
     assert_eq!(component.configuration.sets["default"]["gain"], "2");
+    let kind = component.execution_kind;
+    assert_eq!(kind, ExecutionKind::EventDriven, "as its module wants it");
 
     node.agent.unload_module("bench", "Sine").await.unwrap();
     let gone = node.agent.unload_module("bench", "Sine").await;

@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest, Failure,
-    FailureCode, FromManager, Greeting, Hello, ManagerInventory, ModuleInfo, PortInfo, Request,
-    RequestBody, Response, ResponseBody, SystemId,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest,
+    ExecutionContextInfo, Failure, FailureCode, FromManager, Greeting, Hello, ManagerInventory,
+    ModuleInfo, PortInfo, RealtimeInfo, Request, RequestBody, Response, ResponseBody, SystemId,
 };
 use rts_manager_api::files::{CONTROL_SOCKET, LOCK, MANAGER_JSON, ManagerFile};
 use rts_manager_api::frame;
@@ -280,6 +280,7 @@ impl Fake {
                 sets,
                 active,
                 on_disconnect,
+                order,
                 by_hand,
                 ..
             } => match components.get_mut(&instance) {
@@ -299,6 +300,9 @@ impl Fake {
                         component.active = active;
                     }
                     component.busy = busy(component);
+                    if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                        shared.order = order;
+                    }
                     if on_disconnect.is_some() {
                         component.on_disconnect = on_disconnect;
                     }
@@ -439,10 +443,26 @@ fn component(request: CreateRequest) -> ComponentInfo {
         busy: None,
         sets: request.sets,
         active: request.active.unwrap_or("default".to_owned()),
-        execution_kind: request.execution_kind,
+        // Its modules all want the same.
+        execution_kind: match request.execution_kind.as_str() {
+            "" => "eventDriven".to_owned(),
+            kind => kind.to_owned(),
+        },
+        execution_context: request
+            .execution_context
+            .map(|shared| ExecutionContextInfo {
+                name: shared.name,
+                order: shared.order,
+                shared_state: shared.shared_state,
+                members: Vec::new(),
+            }),
         rate: request.rate.unwrap_or(1000.0),
         executions: 0,
         timing: None,
+        realtime: request.realtime.map(|asked| RealtimeInfo {
+            asked,
+            ..RealtimeInfo::default()
+        }),
         ports: vec![
             PortInfo {
                 name: "in".to_owned(),

@@ -224,6 +224,7 @@ async fn pretend(node: &Node, plan: &str, busy: &str) {
         },
         rate: None,
         on_disconnect: None,
+        order: None,
     };
     let outcomes = node
         .outcomes(&batch(plan, 1, vec![step(1, &[], "component/Sine0", work)]))

@@ -330,9 +330,11 @@ pub fn create(id: StepId, needs: &[StepId], at: &str, instance: &str, type_name:
         recreate_hash: "h".to_owned(),
         configuration: Configuration::default(),
         execution_kind: ExecutionKind::Periodic,
+        execution_context: None,
         rate: Some(100.0),
         on_disconnect: Default::default(),
         stand_in: None,
+        realtime: None,
     };
     step(id, needs, &format!("component/{instance}"), work)
 }

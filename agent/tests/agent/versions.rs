@@ -25,6 +25,7 @@ fn on_disconnect(id: u32, values: &[(&str, &str)]) -> rts_plan::plan::Step {
         configuration: Configuration { active: None, sets },
         rate: None,
         on_disconnect: Some(OnDisconnect::Stop),
+        order: None,
     };
     step(id, &[], "component/Sine0", work)
 }

@@ -25,6 +25,14 @@ pub enum Ended {
 }
 
 impl Ended {
+    /// How this side closes it for that.
+    pub fn parting(&self) -> Parting {
+        match self {
+            Self::Here | Self::GoodBye => Parting::GoodBye,
+            Self::Lost(_) => Parting::Loss,
+        }
+    }
+
     pub(crate) fn lost(reason: impl fmt::Display) -> Self {
         Self::Lost(reason.to_string())
     }

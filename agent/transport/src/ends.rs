@@ -3,6 +3,7 @@
 use std::fmt;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
 use crate::{Ended, Parting, Refused, Sample};
@@ -18,16 +19,20 @@ pub trait Sender: Send + fmt::Debug {
     /// Why the connection has ended, if it has. Looks, and never waits.
     fn ended(&mut self) -> Option<Ended>;
 
-    /// Becomes readable when [`Self::ended`] is worth a look; for one thread that watches many connections. None
-    /// inside a process, where the other end cannot die alone.
-    fn watched(&self) -> Option<BorrowedFd<'_>>;
+    /// What the other end has asked for, if it has since this was called last. Looks, and never waits. Of several
+    /// questions the last counts: who fetches waits for an answer before it asks again.
+    fn asked(&mut self) -> Option<Question>;
 
-    /// Ends the connection from any thread.
-    fn closer(&self) -> Closer;
+    /// After a close with a good-bye: waits until that has left, and what was pushed before, which takes half a second
+    /// at most.
+    fn linger(&mut self);
+
+    /// What other threads may do.
+    fn handle(&self) -> Handle;
 
     /// Ends the connection.
     fn close(&mut self, parting: Parting) {
-        self.closer().close(parting);
+        self.handle().close(parting);
     }
 }
 
@@ -39,12 +44,12 @@ pub trait Receiver: Send + fmt::Debug {
     /// The next sample, waiting that long for it; [`Duration::MAX`] is for ever.
     fn take(&mut self, patience: Duration) -> Result<Option<Sample>, Ended>;
 
-    /// Ends the connection from any thread.
-    fn closer(&self) -> Closer;
+    /// What other threads may do.
+    fn handle(&self) -> Handle;
 
     /// Ends the connection.
     fn close(&mut self, parting: Parting) {
-        self.closer().close(parting);
+        self.handle().close(parting);
     }
 
     /// Hands all samples on until the connection ends, or `sink` wants no more. For a thread of its own.
@@ -63,28 +68,99 @@ pub trait Receiver: Send + fmt::Debug {
     }
 }
 
-/// Ends a connection at one of its ends. The first close counts; none waits.
-#[derive(Clone)]
-pub struct Closer(Arc<dyn Close>);
+/// What a reader that fetches asks its sender for. The answer is a sample, by a rule that both ends have agreed on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// A sample, which may be waited for.
+    First,
+    /// A sample, if there is one.
+    More,
+}
 
-impl Closer {
-    pub(crate) fn new(end: Arc<dyn Close>) -> Self {
+/// An end of a connection, for any thread. Nothing here waits.
+#[derive(Clone)]
+pub struct Handle(Arc<dyn End>);
+
+impl Handle {
+    pub(crate) fn new(end: Arc<dyn End>) -> Self {
         Self(end)
     }
 
-    /// Ends it: who waits at this end is woken, and the other end is told, or left to find out.
+    /// Ends the connection: who waits at this end is woken, and the other end is told, or left to find out. The first
+    /// close counts.
     pub fn close(&self, parting: Parting) {
         self.0.close(parting);
     }
-}
 
-impl fmt::Debug for Closer {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Closer")
+    /// Of a sending end: becomes readable when [`Sender::ended`] or [`Sender::asked`] is worth a look; for one thread
+    /// that watches many connections. None inside a process, where the other end cannot die alone.
+    pub fn watched(&self) -> Option<BorrowedFd<'_>> {
+        self.0.watched()
+    }
+
+    /// True when the other end has closed the connection, whatever is still to be read.
+    pub fn has_gone(&self) -> bool {
+        self.0.has_gone()
+    }
+
+    /// Of a receiving end: asks the other end for a sample. False when it cannot be asked.
+    pub fn ask(&self, question: Question) -> bool {
+        self.0.ask(question)
     }
 }
 
-/// What a [`Closer`] closes.
-pub(crate) trait Close: Send + Sync {
+impl fmt::Debug for Handle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Handle")
+    }
+}
+
+/// What a [`Handle`] is of.
+pub(crate) trait End: Send + Sync {
     fn close(&self, parting: Parting);
+
+    fn watched(&self) -> Option<BorrowedFd<'_>> {
+        None
+    }
+
+    fn has_gone(&self) -> bool;
+
+    fn ask(&self, _question: Question) -> bool {
+        false
+    }
+}
+
+/// The last question of the other end.
+#[derive(Debug, Default)]
+pub(crate) struct Asked(AtomicU8);
+
+impl Asked {
+    pub fn put(&self, question: Question) {
+        self.0.store(question.byte(), Ordering::Release);
+    }
+
+    pub fn take(&self) -> Option<Question> {
+        match self.0.load(Ordering::Relaxed) {
+            0 => None,
+            _ => Question::of(self.0.swap(0, Ordering::Acquire)),
+        }
+    }
+}
+
+impl Question {
+    /// As it travels.
+    pub(crate) fn byte(self) -> u8 {
+        match self {
+            Self::First => 1,
+            Self::More => 2,
+        }
+    }
+
+    pub(crate) fn of(byte: u8) -> Option<Self> {
+        match byte {
+            1 => Some(Self::First),
+            2 => Some(Self::More),
+            _ => None,
+        }
+    }
 }

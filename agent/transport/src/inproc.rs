@@ -1,14 +1,13 @@
 //! Inside a process: a ring of samples. Payloads are shared, not copied, and no lock is taken.
 
 use std::num::NonZeroUsize;
-use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
-use crate::ends::Close;
+use crate::ends::{Asked, End};
 use crate::signal::Signal;
-use crate::{Closer, Ended, MAX_SAMPLE, Parting, Refused, Sample};
+use crate::{Ended, Handle, MAX_SAMPLE, Parting, Question, Refused, Sample};
 
 /// A connection that holds so many samples.
 pub fn pair(capacity: NonZeroUsize) -> (Sender, Receiver) {
@@ -28,6 +27,7 @@ struct Link {
     state: AtomicU8,
     filled: Signal,
     emptied: Signal,
+    asked: Asked,
 }
 
 const OPEN: u8 = 0;
@@ -63,11 +63,23 @@ impl Link {
     }
 }
 
-struct End(Arc<Link>, u8);
+struct Side(Arc<Link>, u8);
 
-impl Close for End {
+impl End for Side {
     fn close(&self, parting: Parting) {
         self.0.close(self.1, parting);
+    }
+
+    fn has_gone(&self) -> bool {
+        !self.0.is_open()
+    }
+
+    fn ask(&self, question: Question) -> bool {
+        let asks = self.1 == RECEIVER && self.0.is_open();
+        if asks {
+            self.0.asked.put(question);
+        }
+        asks
     }
 }
 
@@ -112,12 +124,14 @@ impl crate::Sender for Sender {
         self.link.ended(SENDER)
     }
 
-    fn watched(&self) -> Option<BorrowedFd<'_>> {
-        None
+    fn asked(&mut self) -> Option<Question> {
+        self.link.asked.take()
     }
 
-    fn closer(&self) -> Closer {
-        Closer::new(Arc::new(End(Arc::clone(&self.link), SENDER)))
+    fn linger(&mut self) {}
+
+    fn handle(&self) -> Handle {
+        Handle::new(Arc::new(Side(Arc::clone(&self.link), SENDER)))
     }
 }
 
@@ -166,8 +180,8 @@ impl crate::Receiver for Receiver {
         self.try_take()
     }
 
-    fn closer(&self) -> Closer {
-        Closer::new(Arc::new(End(Arc::clone(&self.link), RECEIVER)))
+    fn handle(&self) -> Handle {
+        Handle::new(Arc::new(Side(Arc::clone(&self.link), RECEIVER)))
     }
 }
 

@@ -13,8 +13,9 @@
 //! - Samples arrive whole, in order, each once, or the connection has ended.
 //! - [`Sender::push`] never waits. What there is no room for is refused, and given back: which sample has to go
 //!   is decided by the buffer before the transport, not by it.
-//! - Each end can tell a good-bye of the other end from its loss, and [`Closer`] ends a connection whose end waits
+//! - Each end can tell a good-bye of the other end from its loss, and a [`Handle`] ends a connection whose end waits
 //!   in another thread.
+//! - A receiver can ask for a sample ([`Question`]); what it is given for that is the business of who uses this.
 //! - What comes from another process is never believed: what does not make sense is a loss of the other end.
 //!
 //! Dialling, and agreeing on what a connection is for, is left to who uses this.
@@ -34,7 +35,7 @@ pub mod tcp;
 pub mod unix;
 
 pub use ended::{Ended, Parting, Refused};
-pub use ends::{Closer, Receiver, Sender};
+pub use ends::{Handle, Question, Receiver, Sender};
 pub use kind::{Kind, UnknownKind};
 pub use sample::{MAX_SAMPLE, Payload, Sample};
 pub use spin::MOST as SPINS;

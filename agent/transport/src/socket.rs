@@ -1,4 +1,5 @@
-//! A connected socket as the way of frames. The receiving end sends no more than one byte, its good-bye.
+//! A connected socket as the way of frames. The receiving end sends single bytes: what it
+//! fetches, and its good-bye.
 
 use std::io::{self, IoSlice};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -11,9 +12,10 @@ use rustix::io::Errno;
 use rustix::net::sockopt::{Timeout, set_socket_timeout};
 use rustix::net::{RecvFlags, SendAncillaryBuffer, SendFlags, Shutdown};
 
-use crate::Ended;
+use crate::ends::Asked;
 use crate::signal::timespec;
 use crate::stream::{Read, Sink, Source};
+use crate::{Ended, Question};
 
 /// What a receiving end sends last.
 pub(crate) const GOOD_BYE: u8 = b'B';
@@ -24,6 +26,7 @@ pub struct Socket {
     fd: OwnedFd,
     /// How long a read waits, in microseconds, as the kernel was told last.
     read_timeout: AtomicU64,
+    asked: Asked,
 }
 
 impl Socket {
@@ -34,6 +37,7 @@ impl Socket {
         Ok(Self {
             fd,
             read_timeout: AtomicU64::new(0),
+            asked: Asked::default(),
         })
     }
 
@@ -53,15 +57,24 @@ impl Socket {
 /// A year.
 const FOR_EVER: u64 = 366 * 24 * 3600 * 1_000_000;
 
-/// What the other end of a socket said that only sends its good-bye; `other` is for bytes of another meaning.
-pub(crate) fn look(fd: BorrowedFd<'_>, other: impl Fn(&[u8])) -> Option<Ended> {
-    loop {
+/// Reads of one look, so that one who never stops sending holds nobody up: the rest is for the next look.
+const READS: u32 = 16;
+
+/// What the receiving end of a connection has said.
+pub(crate) fn look(fd: BorrowedFd<'_>, asked: &Asked) -> Option<Ended> {
+    for _ in 0..READS {
         let mut bytes = [0; 64];
         return match rustix::net::recv(fd, &mut bytes, RecvFlags::DONTWAIT) {
             Ok((0, _)) => Some(Ended::lost("it closed the connection without a good-bye")),
             Ok((read, _)) if bytes[..read].contains(&GOOD_BYE) => Some(Ended::GoodBye),
             Ok((read, _)) => {
-                other(&bytes[..read]);
+                let last = bytes[..read]
+                    .iter()
+                    .rev()
+                    .find_map(|byte| Question::of(*byte));
+                if let Some(question) = last {
+                    asked.put(question);
+                }
                 continue;
             }
             Err(Errno::INTR) => continue,
@@ -69,6 +82,19 @@ pub(crate) fn look(fd: BorrowedFd<'_>, other: impl Fn(&[u8])) -> Option<Ended> {
             Err(error) => Some(Ended::lost(error)),
         };
     }
+    None
+}
+
+/// True when the other end has closed the connection, whatever is still to be read.
+pub(crate) fn has_gone(fd: BorrowedFd<'_>) -> bool {
+    let mut fds = [PollFd::from_borrowed_fd(fd, PollFlags::RDHUP)];
+    poll(&mut fds, timespec(Duration::ZERO).as_ref()).is_ok_and(|ready| ready > 0)
+}
+
+/// Says one byte to the sending end. Next to nothing is ever sent there, so there is room.
+pub(crate) fn say(fd: BorrowedFd<'_>, byte: u8) -> bool {
+    let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+    rustix::net::send(fd, &[byte], flags).is_ok()
 }
 
 impl Sink for Socket {
@@ -95,7 +121,11 @@ impl Sink for Socket {
     }
 
     fn look(&self) -> Option<Ended> {
-        look(self.fd.as_fd(), |_| ())
+        look(self.fd.as_fd(), &self.asked)
+    }
+
+    fn asked(&self) -> Option<Question> {
+        self.asked.take()
     }
 
     fn shut(&self) {
@@ -138,10 +168,12 @@ impl Source for Socket {
         Ok(Read::Some)
     }
 
-    fn say_good_bye(&self) {
-        // Nothing else is ever sent there, so there is room.
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        let _ = rustix::net::send(&self.fd, &[GOOD_BYE], flags);
+    fn say(&self, byte: u8) -> bool {
+        say(self.fd.as_fd(), byte)
+    }
+
+    fn has_gone(&self) -> bool {
+        has_gone(self.fd.as_fd())
     }
 
     fn shut(&self) {

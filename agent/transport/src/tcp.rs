@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use rustix::net::sockopt;
 
+use crate::frame::Framing;
 use crate::socket::Socket;
 use crate::stream::{StreamReceiver, StreamSender};
 use crate::{Receiver, Sender};
@@ -20,12 +21,12 @@ const SILENCE: u32 = 4000;
 
 /// The sending end of a connection whose other end has agreed.
 pub fn sender(stream: TcpStream) -> io::Result<impl Sender + use<>> {
-    Ok(StreamSender::new(socket(stream)?))
+    Ok(StreamSender::new(socket(stream)?, Framing::Timed))
 }
 
 /// The receiving end of a connection whose other end has agreed.
 pub fn receiver(stream: TcpStream) -> io::Result<impl Receiver + use<>> {
-    Ok(StreamReceiver::new(socket(stream)?))
+    Ok(StreamReceiver::new(socket(stream)?, Framing::Timed))
 }
 
 fn socket(stream: TcpStream) -> io::Result<Socket> {

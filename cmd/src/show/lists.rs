@@ -4,6 +4,7 @@ use jiff::Timestamp;
 use rts_controller_api::objects::{
     Component, Connector, Event, Kind, Latency, Manager, Node, System,
 };
+use rts_plan::observed::{DurationsObserved, RealtimeObserved, TimingObserved};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -157,7 +158,20 @@ fn components(items: &[Component], look: Look) -> Table {
         Column("RATE", Wide, |c| {
             text(c.status.rate.map(|rate| format!("{rate}Hz")))
         }),
+        Column("REACHED", Wide, |c| timing(c, reached)),
         Column("EXECUTIONS", Wide, |c| c.status.executions.to_string()),
+        Column("EXEC-P99", Wide, |c| {
+            timing(c, |t| short_time(t.execution.p99))
+        }),
+        Column("JITTER-P99", Wide, |c| {
+            timing(c, |t| periodic(t, |jitter| short_time(jitter.p99)))
+        }),
+        Column("OVERRUNS", Wide, |c| {
+            timing(c, |t| periodic(t, |_| t.overruns.to_string()))
+        }),
+        Column("SCHEDULER", Wide, |c| {
+            c.status.realtime.as_ref().map_or(String::new(), scheduler)
+        }),
         Column("REASON", Wide, |c| {
             let status = &c.status;
             let reason = status.waiting_on.as_ref().or(status.message.as_ref());
@@ -166,6 +180,29 @@ fn components(items: &[Component], look: Look) -> Table {
     ];
     let born = |c: &Component| c.status.created.or(c.metadata.creation_timestamp);
     columns(items, &all, born, look)
+}
+
+/// A cell on how it keeps its time; empty before its first cycle.
+fn timing(component: &Component, cell: impl Fn(&TimingObserved) -> String) -> String {
+    let timing = component.status.timing.as_ref();
+    timing.map_or_else(String::new, cell)
+}
+
+/// A cell that only a periodic one has.
+fn periodic(timing: &TimingObserved, cell: impl Fn(&DurationsObserved) -> String) -> String {
+    timing.jitter.as_ref().map_or_else(String::new, cell)
+}
+
+fn reached(timing: &TimingObserved) -> String {
+    text(timing.reached.map(|rate| format!("{rate}Hz")))
+}
+
+/// `SCHED_FIFO:50`, or what it has instead.
+fn scheduler(found: &RealtimeObserved) -> String {
+    match found.priority {
+        0 => found.scheduler.clone(),
+        priority => format!("{}:{priority}", found.scheduler),
+    }
 }
 
 fn connectors(items: &[Connector], look: Look) -> Table {

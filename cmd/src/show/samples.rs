@@ -7,7 +7,7 @@ use rts_controller_api::objects::{
     Event, EventStatus, EventView, Kind, Latency, Manager, ManagerStatus, ManagerView, Metadata,
     Node, NodeSpecView, NodeStatus, Object, Phase, System, SystemStatus, TapObserved, Usage,
 };
-use rts_plan::observed::PortObserved;
+use rts_plan::observed::{DurationsObserved, PortObserved, RealtimeObserved, TimingObserved};
 use rts_schemas::system::{Direction, PortKind, SystemSpec};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -74,6 +74,33 @@ fn node() -> Node {
     object(Kind::Node, "local", spec, status)
 }
 
+fn timing() -> TimingObserved {
+    let durations = |median| DurationsObserved {
+        count: 12_000,
+        median,
+        p99: 3 * median,
+        p999: 9 * median,
+        max: 40 * median,
+        buckets: Vec::new(),
+    };
+    TimingObserved {
+        overruns: 3,
+        reached: Some(99),
+        execution: durations(5_120),
+        jitter: Some(durations(57_344)),
+    }
+}
+
+fn realtime() -> RealtimeObserved {
+    RealtimeObserved {
+        scheduler: "SCHED_FIFO".to_owned(),
+        priority: 50,
+        cpus: "2-3".to_owned(),
+        memory_locked: true,
+        ..RealtimeObserved::default()
+    }
+}
+
 fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &str) -> Component {
     let spec = ComponentView {
         system: system.to_owned(),
@@ -95,6 +122,8 @@ fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &s
             direction: Some(Direction::Out),
             data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         }],
+        timing: (system == "hello").then(timing),
+        realtime: (name == "Sine0").then(realtime),
         created: ago(5),
         ..ComponentStatus::default()
     };

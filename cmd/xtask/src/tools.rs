@@ -23,26 +23,43 @@ pub fn packages() -> Result<()> {
         .filter(|(probe, _)| !answers(project::command(probe[0]).args(&probe[1..])))
         .map(|(_, package)| *package)
         .collect();
-    if !missing.is_empty() {
-        if !rustix::process::geteuid().is_root() || find("apt-get").is_none() {
-            bail!(
-                "these packages are needed and cannot be installed from here: {}",
-                missing.join(" ")
-            );
-        }
-        project::run(project::command("apt-get").args(["update", "-q"]))?;
-        project::run(
-            project::command("apt-get")
-                .args(["install", "-y", "-q"])
-                .args(&missing),
-        )?;
-    }
+    install(&missing)?;
     for component in ["fmt", "clippy"] {
         if !has_cargo(component) {
             bail!("`cargo {component}` is missing: run `rustup component add rustfmt clippy`");
         }
     }
     Ok(())
+}
+
+/// Installs Debian packages, where that can be done.
+fn install(packages: &[&str]) -> Result<()> {
+    if packages.is_empty() {
+        return Ok(());
+    }
+    if !rustix::process::geteuid().is_root() || find("apt-get").is_none() {
+        bail!(
+            "these packages are needed and cannot be installed from here: {}",
+            packages.join(" ")
+        );
+    }
+    project::run(project::command("apt-get").args(["update", "-q"]))?;
+    project::run(
+        project::command("apt-get")
+            .args(["install", "-y", "-q"])
+            .args(packages),
+    )
+}
+
+/// The SSH server, which is on the path of root alone. Installed when it is not there.
+pub fn sshd() -> Result<PathBuf> {
+    const USUAL: &str = "/usr/sbin/sshd";
+    let there = || find("sshd").or_else(|| Some(PathBuf::from(USUAL)).filter(|p| p.is_file()));
+    if let Some(found) = there() {
+        return Ok(found);
+    }
+    install(&["openssh-server"])?;
+    there().with_context(|| format!("there is no {USUAL}"))
 }
 
 fn answers(command: &mut Command) -> bool {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
-use rts_plan::observed::PortObserved;
-pub use rts_plan::observed::{Activity, Latency, TapObserved, TimingObserved, Usage};
+pub use rts_plan::observed::{Activity, Latency, TapObserved, Usage};
+use rts_plan::observed::{PortObserved, RealtimeObserved, TimingObserved};
 use rts_schemas::system::{Configuration, PortKind, SystemSpec};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -340,6 +340,9 @@ pub struct ComponentStatus {
     /// Ports that it really has.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ports: Vec<PortObserved>,
+    /// What its execution context has of its node; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

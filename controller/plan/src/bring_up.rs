@@ -111,8 +111,10 @@ impl<'a> Bringer<'_, '_, 'a> {
                 configuration: spec.configuration.clone(),
                 execution_kind: spec.execution_context.kind,
                 rate: spec.execution_context.rate,
+                execution_context: spec.execution_context.shared(),
                 on_disconnect: spec.policy.on_disconnect,
                 stand_in: want.placed.stand_in.clone(),
+                realtime: want.placed.realtime(),
             },
             reason: make.reason.clone(),
         });
@@ -243,6 +245,7 @@ impl<'a> Bringer<'_, '_, 'a> {
                 configuration: Configuration::clone(&change.configuration),
                 rate: change.rate,
                 on_disconnect: change.on_disconnect,
+                order: change.order,
             },
             reason: change.reason.clone(),
         });

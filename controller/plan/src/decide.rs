@@ -14,7 +14,7 @@ use crate::alone::{claims, ends_unasked, first_fate, moved};
 use crate::index::{Facts, Id, Seat, Want};
 use crate::observed::ManagerObserved;
 use crate::order::{Standing, made, making, visit};
-use crate::place::recreate_hash;
+use crate::place::{Context, recreate_hash};
 use crate::plan::Blocked;
 use crate::table::Table;
 use crate::target;
@@ -153,7 +153,6 @@ impl<'a> Decider<'_, 'a> {
     fn remake(&mut self, want: &Want<'a>, live: usize) {
         let component = self.facts.lives[live].component;
         let spec = &want.placed.spec;
-        let kind = spec.execution_context.kind;
         let old = Some(live);
         if component.type_name != spec.type_name {
             let (from, to) = (&component.type_name, &spec.type_name);
@@ -169,16 +168,16 @@ impl<'a> Decider<'_, 'a> {
         if let Some(reason) = reason.map(str::to_owned) {
             return self.make(want, Make { old, reason });
         }
+        let found = Context::found(component);
         let same_module = recreate_hash(
             &component.type_name,
             want.placed.module_digest.as_deref(),
             &want.placed.manager,
-            component.execution_kind,
+            &found,
             None,
         ) == component.recreate_hash;
         if same_module {
-            let from = component.execution_kind;
-            let reason = format!("execution kind changed from {from:?} to {kind:?}");
+            let reason = found.changed(&Context::of(spec, false));
             return self.make(want, Make { old, reason });
         }
         let reason = format!("the module file of {} changed", spec.type_name);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rts_schemas::stand_in::Shape;
-use rts_schemas::system::{ComponentSpec, ConnectorSpec, Orders};
+use rts_schemas::system::{ComponentSpec, ConnectorSpec, Orders, Realtime};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -120,11 +120,17 @@ pub struct PlacedComponent {
     /// What the stand-in is made of that takes its place; none where the component itself runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<Shape>,
-    /// Covers what cannot change in place: type, module digest, manager, execution kind, and all of a stand-in.
+    /// Covers what cannot change in place: type, module digest, manager, execution kind, real time, and all of a stand-in.
     pub recreate_hash: String,
 }
 
 impl PlacedComponent {
+    /// What its execution context is to have of its node. A stand-in runs everywhere, and needs nothing.
+    pub fn realtime(&self) -> Option<Realtime> {
+        let own = self.stand_in.is_none();
+        own.then(|| self.spec.resources.realtime()).flatten()
+    }
+
     /// SHA-256 over what can be changed in it in place: configuration, active set and rate. A deactivation by hand is
     /// marked with it ([`crate::observed::ByHand`]).
     pub fn settings_digest(&self) -> String {

@@ -6,6 +6,8 @@ mod restarts;
 
 pub(crate) use self::restarts::restarts;
 
+use rts_schemas::system::SharedExecutionContext;
+
 use crate::bring_up::Up;
 use crate::decide::{Decisions, Fate};
 use crate::drift;
@@ -71,6 +73,11 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
                 format!("{kind:?}"),
             ),
             (
+                "executionContext",
+                context_name(component.execution_context.as_ref()),
+                context_name(spec.execution_context.shared().as_ref()),
+            ),
+            (
                 "standIn",
                 component.stand_in.to_string(),
                 want.placed.stand_in.is_some().to_string(),
@@ -85,6 +92,7 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
                 });
             }
         }
+        fields.extend(details::resources(component, want));
         // What changes on the way is worth knowing too.
         fields.extend(differences(spec, component));
     }
@@ -100,6 +108,10 @@ fn made<'a>(facts: &Facts<'a>, id: Id<'a>, old: Option<usize>, reason: &str) -> 
         reason: reason.to_owned(),
         fields,
     }
+}
+
+fn context_name(shared: Option<&SharedExecutionContext>) -> String {
+    shared.map_or("its own", |shared| &shared.name).to_owned()
 }
 
 fn changed<'a>(

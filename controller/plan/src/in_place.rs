@@ -20,6 +20,7 @@ pub(crate) struct InPlace {
     pub configuration: Configuration,
     pub rate: Option<f64>,
     pub on_disconnect: Option<OnDisconnect>,
+    pub order: Option<i32>,
     pub reason: String,
 }
 
@@ -124,6 +125,11 @@ pub(crate) fn in_place(placed: &PlacedComponent, live: &ComponentObserved) -> Op
         change.fields.push(field);
         change.on_disconnect = Some(policy);
     }
+    if let Some((order, field)) = order(spec, live) {
+        reasons.push(reason("the order in its execution context", &field));
+        change.fields.push(field);
+        change.order = Some(order);
+    }
     let said = [(reasons, "set in place"), (back, "set back")];
     let said = said.into_iter().filter(|(reasons, _)| !reasons.is_empty());
     let said = said.map(|(reasons, what)| format!("{}: {what}", reasons.join(", ")));
@@ -137,6 +143,7 @@ pub(crate) fn differences(spec: &ComponentSpec, live: &ComponentObserved) -> Vec
     let mut fields: Vec<_> = settings.iter().map(Setting::change).collect();
     fields.extend(rate(spec, live).map(|(_, field)| field));
     fields.extend(on_disconnect(spec, live).map(|(_, field)| field));
+    fields.extend(order(spec, live).map(|(_, field)| field));
     fields
 }
 
@@ -186,6 +193,18 @@ fn rate(spec: &ComponentSpec, live: &ComponentObserved) -> Option<(f64, FieldCha
         new: Some(rate.to_string()),
     };
     (!same_rate(rate, live.rate)).then(|| (rate, field()))
+}
+
+/// The place among the components of its execution context, compared where it is in one and stays there.
+fn order(spec: &ComponentSpec, live: &ComponentObserved) -> Option<(i32, FieldChange)> {
+    let (wanted, shared) = (&spec.execution_context, live.execution_context.as_ref()?);
+    let differs = wanted.name.as_ref() == Some(&shared.name) && wanted.order != shared.order;
+    let field = || FieldChange {
+        field: "executionContext.order".to_owned(),
+        old: Some(shared.order.to_string()),
+        new: Some(wanted.order.to_string()),
+    };
+    differs.then(|| (wanted.order, field()))
 }
 
 /// The policy without a peer, compared always.

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::system::{
-    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef,
+    Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
+    SharedExecutionContext,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -194,6 +195,12 @@ pub struct ComponentObserved {
     pub on_disconnect: OnDisconnect,
     /// Kind of its execution context.
     pub execution_kind: ExecutionKind,
+    /// The execution context that it shares; none for its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<SharedExecutionContext>,
+    /// All components of the one that it shares, in the order in which they run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs_with: Vec<String>,
     /// Rate of its execution context in Hz.
     pub rate: f64,
     /// `on_execute` calls since creation. A counter: raises no revision.
@@ -201,6 +208,9 @@ pub struct ComponentObserved {
     /// How its execution context keeps its time; none before the first cycle. Raises no revision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingObserved>,
+    /// What its execution context has of its node; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeObserved>,
     /// Ports that it really has.
     pub ports: Vec<PortObserved>,
     /// Connectors of which it is the source (data: the out-port end).
@@ -213,12 +223,34 @@ pub struct ComponentObserved {
     pub by_hand: ByHand,
 }
 
+/// What an execution context was to have of its node, and what it has.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct RealtimeObserved {
+    /// What was asked for.
+    pub asked: Realtime,
+    /// How it is scheduled (`SCHED_FIFO`, `SCHED_OTHER`).
+    pub scheduler: String,
+    /// Its priority; 0 without SCHED_FIFO.
+    pub priority: u8,
+    /// Processors that it may run on, as cpuset(7) lists them.
+    pub cpus: String,
+    /// The memory of its process is locked.
+    pub memory_locked: bool,
+    /// What was asked for and is not permitted, and why.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub denied: Vec<String>,
+}
+
 /// How an execution context keeps its time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct TimingObserved {
     /// Cycles of a periodic one that were not over when the next was due.
     pub overruns: u64,
+    /// Cycles in the last whole second; none before there was one, or from a manager that does not count them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<u64>,
     /// How long cycles took.
     pub execution: DurationsObserved,
     /// How late cycles of a periodic one began.
@@ -226,7 +258,7 @@ pub struct TimingObserved {
     pub jitter: Option<DurationsObserved>,
 }
 
-/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+/// Durations in nanoseconds, the shares to a quarter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct DurationsObserved {
@@ -236,6 +268,9 @@ pub struct DurationsObserved {
     pub median: u64,
     /// 99 of 100 are below.
     pub p99: u64,
+    /// 999 of 1000 are below; 0 from a manager that does not say.
+    #[serde(default)]
+    pub p999: u64,
     /// The longest.
     pub max: u64,
     /// `[below, count]`: how many are below each power of two and not below half of it, where there are any.

@@ -3,6 +3,7 @@
 //! A node that is named outright wins, then a host hint that matches a node, then the local node. Nothing is left for
 //! an executor to choose.
 
+mod context;
 mod elsewhere;
 mod nodes;
 
@@ -10,15 +11,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_schemas::names;
 use rts_schemas::stand_in::{Ends, Shape};
-use rts_schemas::system::{
-    ComponentSpec, ConnectorSpec, ExecutionKind, PortKind, PortRef, SystemSpec,
-};
+use rts_schemas::system::{ComponentSpec, ConnectorSpec, PortKind, PortRef, SystemSpec};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 
 use crate::desired::{
     Desired, EndPlace, NodeSpec, NodeSystem, PlacedComponent, PlacedConnector, SystemRef,
 };
 
+pub use self::context::Context;
 use self::elsewhere::{elsewhere, may_still_run};
 pub use self::nodes::node_of_host;
 use self::nodes::{choose_nodes, hosts};
@@ -118,6 +119,21 @@ pub enum PlaceError {
         /// Names of both systems, sorted.
         systems: [String; 2],
     },
+    /// Components that are to share an execution context are in different processes.
+    #[error(
+        "components {} and {} of system {system} share the execution context {context}, which needs one process, but are to run in {} and {}",
+        components[0], components[1], places[0], places[1]
+    )]
+    ContextApart {
+        /// System name.
+        system: String,
+        /// Name of the execution context.
+        context: String,
+        /// Instance names.
+        components: Box<[String; 2]>,
+        /// Process of each, as `NODE/MANAGER`.
+        places: Box<[String; 2]>,
+    },
 }
 
 /// Places all systems, with nothing settled before.
@@ -168,12 +184,16 @@ fn place_system(
 ) {
     let nodes = choose_nodes(placed, system, settled, hosts, local);
     let managers = choose_managers(&system.spec, &nodes);
-    let place_of = |end: &PortRef| -> Option<EndPlace> {
+    let place_of = |instance: &str| -> Option<EndPlace> {
         Some(EndPlace {
-            node: nodes.get(end.instance.as_str())?.clone(),
-            manager: managers.get(end.instance.as_str())?.clone(),
+            node: nodes.get(instance)?.clone(),
+            manager: managers.get(instance)?.clone(),
         })
     };
+    if !system.deleting {
+        let apart = contexts_apart(system, place_of);
+        placed.problems.extend(apart);
+    }
     let empty = || NodeSystem {
         system: system.reference.clone(),
         generation: settled.generation,
@@ -203,7 +223,7 @@ fn place_system(
     for connector in &system.spec.connectors {
         // Who provides a service to whom matters to the end of a system, and nobody observes it.
         if !system.deleting || connector.kind == PortKind::Service {
-            place_connector(&mut parts, connector, place_of, shapes);
+            place_connector(&mut parts, connector, |end| place_of(&end.instance), shapes);
         }
     }
     let named = elsewhere::named(&system.spec, &nodes);
@@ -214,6 +234,35 @@ fn place_system(
         }
         node_spec(&mut placed.desired, node).systems.push(part);
     }
+}
+
+/// The first of each execution context's components that is not where the first is.
+fn contexts_apart(
+    system: &StoredSystem,
+    place_of: impl Fn(&str) -> Option<EndPlace>,
+) -> Vec<PlaceError> {
+    let mut first: BTreeMap<&str, (&str, EndPlace)> = BTreeMap::new();
+    let mut apart = BTreeMap::new();
+    for component in &system.spec.components {
+        let (Some(context), Some(place)) = (
+            component.execution_context.name.as_deref(),
+            place_of(&component.instance),
+        ) else {
+            continue;
+        };
+        let instance = component.instance.as_str();
+        let (other, there) = first.entry(context).or_insert((instance, place.clone()));
+        if *there != place {
+            let called = |place: &EndPlace| format!("{}/{}", place.node, place.manager);
+            apart.entry(context).or_insert(PlaceError::ContextApart {
+                system: system.reference.name.clone(),
+                context: context.to_owned(),
+                components: Box::new([(*other).to_owned(), instance.to_owned()]),
+                places: Box::new([called(there), called(&place)]),
+            });
+        }
+    }
+    apart.into_values().collect()
 }
 
 /// Instance → manager name. An isolated component's process is its own even when its name is used for another.
@@ -289,7 +338,7 @@ fn place_component(
         &component.type_name,
         module_digest.as_deref(),
         &manager,
-        component.execution_context.kind,
+        &Context::of(component, stand_in.is_some()),
         stand_in.as_ref(),
     );
     PlacedComponent {
@@ -354,14 +403,25 @@ pub fn recreate_hash(
     type_name: &str,
     module_digest: Option<&str>,
     manager: &str,
-    kind: ExecutionKind,
+    context: &Context,
     stand_in: Option<&Shape>,
 ) -> String {
-    let text = match stand_in {
-        None => serde_json::json!([type_name, module_digest, manager, kind]),
-        Some(shape) => serde_json::json!([type_name, module_digest, manager, kind, shape]),
-    };
-    hex(Sha256::digest(text.to_string()))[..16].to_owned()
+    let mut parts = vec![
+        json!(type_name),
+        json!(module_digest),
+        json!(manager),
+        json!(context.kind),
+    ];
+    parts.extend(stand_in.map(|shape| json!(shape)));
+    // Its order can change in place. What asks for nothing keeps the hash that it had before there was anything to ask for.
+    let shared = context.shared.as_ref();
+    let named =
+        shared.map(|shared| json!({"executionContext": [shared.name, shared.shared_state]}));
+    let realtime = context.realtime.as_ref();
+    let realtime = realtime.map(|realtime| json!({"realtime": realtime}));
+    parts.extend(named.into_iter().chain(realtime));
+    let text = serde_json::Value::from(parts).to_string();
+    hex(Sha256::digest(text))[..16].to_owned()
 }
 
 /// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.

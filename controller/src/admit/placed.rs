@@ -82,6 +82,23 @@ pub fn needs(placed: &Placed, candidate: &SystemRecord) -> Needs {
             needs.unknown(candidate, component, problem);
         }
     }
+    for problem in &placed.problems {
+        if let PlaceError::ContextApart {
+            system, components, ..
+        } = problem
+            && system == candidate.name()
+        {
+            needs.faults.push(ProblemError {
+                pointer: check::pointer(&candidate.spec, &components[1]),
+                code: "execution-context-apart".to_owned(),
+                detail: problem.to_string(),
+                help: Some(
+                    "give both the same node and manager, or each its own execution context"
+                        .to_owned(),
+                ),
+            });
+        }
+    }
     let known = placed.desired.nodes.iter();
     for (node, spec) in known.filter(|(node, _)| !unknown.contains(node)) {
         let parts = spec.systems.iter();

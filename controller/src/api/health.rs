@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::extract::Params;
 use super::{Answer, App};
-use crate::metrics::{Gauge, connectors};
+use crate::metrics::{Gauge, components, connectors};
 
 /// Query of `/livez` and `/readyz`.
 #[derive(Debug, Deserialize)]
@@ -108,7 +108,8 @@ pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse 
         phase.to_owned()
     });
     let nodes = view.list::<Node>().items.into_iter();
-    let components = view.list::<Component>().items.into_iter();
+    let all = view.list::<Component>().items;
+    let states = all.iter().map(|c| c.status.state.clone());
     let page = app.core.metrics.page(&[
         Gauge::by_state("rtsctl_systems", "Systems by phase.", phases),
         Gauge::by_state(
@@ -116,12 +117,9 @@ pub async fn metrics(State(app): State<App>, _: Principal) -> impl IntoResponse 
             "Nodes by state.",
             nodes.map(|n| n.status.state),
         ),
-        Gauge::by_state(
-            "rtsctl_components",
-            "Components by state.",
-            components.map(|c| c.status.state),
-        ),
+        Gauge::by_state("rtsctl_components", "Components by state.", states),
     ]);
+    let page = page + &components::families(&all);
     let page = page + &connectors::families(&view.list::<Connector>().items);
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], page)
 }

@@ -6,7 +6,7 @@ use rts_controller_api::objects::{Connector, ConnectorStatus};
 use rts_plan::observed::Latency;
 use rts_schemas::system::PortKind;
 
-use super::family;
+use super::{escaped, family};
 
 /// Name, help and value of a counter.
 type Counter = (&'static str, &'static str, fn(&ConnectorStatus) -> u64);
@@ -84,13 +84,6 @@ fn labels(connector: &Connector) -> String {
         escaped(&connector.spec.system),
         escaped(&connector.metadata.name)
     )
-}
-
-/// Text as it stands in a label.
-fn escaped(text: &str) -> String {
-    text.replace('\\', r"\\")
-        .replace('"', "\\\"")
-        .replace('\n', r"\n")
 }
 
 #[cfg(test)]

@@ -114,6 +114,7 @@ fn as_observed(
         executions: found.executions,
         timing: found.timing.clone(),
         ports: found.ports.clone(),
+        realtime: found.realtime.clone(),
         created: found.created.parse().ok(),
         ..ComponentStatus::default()
     }

@@ -61,6 +61,26 @@ async fn what_the_modules_do_not_know_is_refused() {
 }
 
 #[tokio::test]
+async fn an_interface_type_that_does_not_reach_is_refused() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let mut spec = systems::hello();
+    spec.components[2].placement.isolated = true;
+    let mut choose = |connector: usize, word: &str| {
+        let name = "dataport.interface_type".to_owned();
+        let properties = &mut spec.connectors[connector].properties;
+        properties.insert(name, word.to_owned());
+        spec.clone()
+    };
+    choose(0, "direct");
+    let across = choose(1, "inproc");
+    insta::assert_snapshot!("out_of_reach", served.refused(across).await);
+    let reaches = choose(1, "shared_memory");
+    let applied = served.controller.apply(&request(reaches)).await;
+    assert!(applied.unwrap().changed);
+}
+
+#[tokio::test]
 async fn names_rates_and_orders_follow_one_rule() {
     let (cluster, _agent) = Cluster::hello();
     let served = serve(cluster).await;

@@ -19,9 +19,6 @@ mod write;
 pub use read::from_json;
 pub use write::to_json;
 
-/// Key of a union's discriminator. No member has such a name.
-const DISCRIMINATOR: &str = "$discriminator";
-
 /// Key of octets that would be long as numbers.
 const BASE64: &str = "$base64";
 

@@ -15,39 +15,27 @@ const WORDS: [(&str, &str); 3] = [
     ("incompatible-subscription-type", "subscription type"),
 ];
 
-/// Values that are known of a connector's choices, in any case. More than one at a time is what a port offers.
-const KNOWN: [(&str, &str, &[&str]); 3] = [
-    (
-        "interfaceType",
-        CHOICES[0],
-        &[
-            "corba_cdr",
-            "corba_any",
-            "direct",
-            "inproc",
-            "shared_memory",
-            "shm",
-            "uds",
-            "tcp",
-            "data_service",
-            "csp_channel",
-            "tcp_any",
-            "ros",
-            "ros2",
-            "opensplice",
-            "fast-rtps",
-        ],
-    ),
-    ("dataflowType", CHOICES[1], &["push", "pull", "duplex"]),
-    (
-        "subscriptionType",
-        CHOICES[2],
-        &["flush", "new", "periodic", "block", "nonblock"],
-    ),
+/// Interface types that are known, in any case.
+const INTERFACES: [&str; 15] = [
+    "corba_cdr",
+    "corba_any",
+    "direct",
+    "inproc",
+    "shared_memory",
+    "shm",
+    "uds",
+    "tcp",
+    "data_service",
+    "csp_channel",
+    "tcp_any",
+    "ros",
+    "ros2",
+    "opensplice",
+    "fast-rtps",
 ];
 
-/// Says where a choice is none of those that are known, nor one that a port of the connector offers: it is passed on, and
-/// means something to nobody here.
+/// Says where an interface type is none of those that are known, nor one that a port of the connector offers: it is
+/// passed on, and means the best that reaches here.
 pub(super) fn known(
     check: &mut Check<'_>,
     connector: &Connector,
@@ -57,30 +45,24 @@ pub(super) fn known(
     if connector.kind != PortKind::Data {
         return;
     }
-    let attributes = [
-        &connector.interface_type,
-        &connector.dataflow_type,
-        &connector.subscription_type,
+    let property = property_value(&connector.properties, CHOICES[0]);
+    let attribute = connector.interface_type.as_ref();
+    let said = [
+        attribute.map(|text| ("interfaceType", text)),
+        property.map(|text| (CHOICES[0], text)),
     ];
-    for ((key, name, known), attribute) in KNOWN.into_iter().zip(attributes) {
-        let property = property_value(&connector.properties, name).map(|text| (name, text));
-        let attribute = attribute.as_ref().map(|text| (key, text));
-        let offered = |value: &str| {
-            let mut ends = ends.iter().flatten();
-            ends.any(|end| offers(end.port, name, value))
-        };
-        for (what, text) in attribute.into_iter().chain(property) {
-            let value = text.trimmed();
-            let is_known = known.iter().any(|k| k.eq_ignore_ascii_case(value));
-            if value.is_empty() || is_known || offered(value) {
-                continue;
-            }
-            let message = format!(
-                "`{value}` is no known {what} of {owner}; it is passed on as it is, and may mean nothing"
-            );
-            let help = suggest::advice(value, "known", known);
-            check.warning("unknown-value", message, text.span, help);
+    for (what, text) in said.into_iter().flatten() {
+        let value = text.trimmed();
+        let is_known = INTERFACES.iter().any(|k| k.eq_ignore_ascii_case(value));
+        let mut ends = ends.iter().flatten();
+        if value.is_empty() || is_known || ends.any(|end| offers(end.port, CHOICES[0], value)) {
+            continue;
         }
+        let message = format!(
+            "`{value}` is no known {what} of {owner}; it is passed on as it is, and may mean nothing"
+        );
+        let help = suggest::advice(value, "known", &INTERFACES);
+        check.warning("unknown-value", message, text.span, help);
     }
 }
 

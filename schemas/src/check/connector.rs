@@ -105,8 +105,14 @@ fn settings(check: &mut Check<'_>, connector: &Connector, owner: &str) {
         return;
     };
     for fault in faults {
+        let attribute = match fault.property.as_str() {
+            "dataport.dataflow_type" => &connector.dataflow_type,
+            "dataport.subscription_type" => &connector.subscription_type,
+            _ => &None,
+        };
         let text = property_value(&connector.properties, &fault.property);
-        let span = text.map_or(connector.span, |text| text.span);
+        let span = text.or(attribute.as_ref());
+        let span = span.map_or(connector.span, |text| text.span);
         let message = format!("`{}` of {owner}: {}", fault.property, fault.problem);
         check.error(fault.code, message, span, fault.help);
     }

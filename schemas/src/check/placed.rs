@@ -1,9 +1,10 @@
-//! A system with its overlays laid over it: hosts that are known, and connectors that need one process.
+//! A system with its overlays laid over it: hosts that are known, and connectors whose interface type does not reach.
 
 use std::collections::HashMap;
 
 use super::sink::Sink;
 use super::system::System;
+use crate::connector::{self, Distance};
 use crate::diagnostic::{Finding, Place, Report, Severity};
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{Connector, property_value};
@@ -19,7 +20,7 @@ const LIMIT: usize = 500;
 pub fn placed(system: &System, nodes: Option<&[&str]>) -> Report {
     let (read, spec) = (&system.read, &system.spec);
     let mut sink = Sink::new(&read.source, Report::default());
-    one_process(&mut sink, read, spec);
+    reach(&mut sink, read, spec);
     let mut report = sink.report;
     if let Some(nodes) = nodes {
         report.extend(known_hosts(system, nodes));
@@ -115,7 +116,7 @@ impl Lost<'_> {
 
 /// Of a component: its node and its process there. Nobody knows yet which node a component without one goes to; those
 /// go to one.
-fn process(spec: &ComponentSpec) -> (Option<&str>, &str, bool) {
+pub(super) fn process(spec: &ComponentSpec) -> (Option<&str>, &str, bool) {
     let placement = &spec.placement;
     let node = placement.node.as_deref().or(placement.host.as_deref());
     match (&placement.manager, placement.isolated) {
@@ -125,7 +126,8 @@ fn process(spec: &ComponentSpec) -> (Option<&str>, &str, bool) {
     }
 }
 
-fn one_process(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
+/// Each connector's interface type reaches from one of its ends to the other.
+fn reach(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
     let components: HashMap<&str, &ComponentSpec> = spec
         .components
         .iter()
@@ -133,10 +135,9 @@ fn one_process(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
         .collect();
     let lowered = read.profile.connectors.iter().filter(|c| is_lowered(c));
     for (connector, said) in spec.connectors.iter().zip(lowered) {
-        let interface = connector.properties.get("dataport.interface_type");
-        if interface.is_none_or(|interface| interface != "direct") {
+        let Ok(settings) = connector::read(&connector.properties) else {
             continue;
-        }
+        };
         let end = |instance: &str| components.get(instance).copied();
         let (Some(source), Some(target)) = (
             end(&connector.source.instance),
@@ -144,23 +145,30 @@ fn one_process(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
         ) else {
             continue;
         };
-        if process(source) == process(target) {
+        let ends = (process(source), process(target));
+        let distance = match ends {
+            (source, target) if source == target => Distance::Process,
+            ((source, ..), (target, ..)) if source == target => Distance::Node,
+            _ => Distance::Beyond,
+        };
+        let Some(fault) = settings.interface.out_of_reach(distance) else {
             continue;
-        }
+        };
         let message = format!(
-            "`{}` and `{}` are joined by the interface type `direct`, which needs one process: {} is {}, {} is {}",
+            "`{}` and `{}` are joined by the interface type `{}`, which needs both {}: {} is {}, {} is {}",
             connector.source,
             connector.target,
+            fault.word,
+            fault.needs,
             source.instance,
             place(source),
             target.instance,
             place(target)
         );
-        let help = "give both the same manager and node, or choose the interface type `corba_cdr`";
         let property = property_value(&said.properties, "dataport.interface_type");
         let text = property.or(said.interface_type.as_ref());
         let span = text.map_or(said.span, |text| text.span);
-        sink.error("direct-across-processes", message, span, help);
+        sink.error(fault.code, message, span, fault.help);
     }
 }
 
@@ -174,7 +182,7 @@ fn is_lowered(connector: &Connector) -> bool {
     })
 }
 
-fn place(spec: &ComponentSpec) -> String {
+pub(super) fn place(spec: &ComponentSpec) -> String {
     let (node, manager, isolated) = process(spec);
     let process = match isolated {
         true => "in a process of its own".to_owned(),

@@ -1,6 +1,7 @@
 //! A profile with its overlays, checked to the end: nothing stops at the first fault.
 
 use super::configured::{configured, known_parameters};
+use super::contexts::contexts;
 use super::library::Library;
 use super::recorded::recorded;
 use crate::check;
@@ -59,6 +60,7 @@ pub fn system(
     });
     let laid = laid.collect();
     let mut values = configured(&read, &spec, &places, library);
+    values.extend(contexts(&spec, &places));
     if let Some(library) = library {
         values.extend(recorded(&spec, &places, library));
     }

@@ -181,10 +181,24 @@ the connector, the RTC Profiles in `rtc:ServiceInterface`.
 Mend the binding, or connect the ports that belong together.",
     },
     Code {
+        code: "interface-across-nodes",
+        title: "a connector's interface type reaches no other node",
+        explain: "\
+`shared_memory` and `uds` join two processes of one node. Here the overlay or the profile puts the two components on
+different nodes.
+
+    rts:interfaceType=\"shared_memory\"      wrong, between two nodes
+    rts:interfaceType=\"tcp\"                right
+    rts:interfaceType=\"corba_cdr\"          right: the best that reaches
+
+Place both on one node, or choose `tcp` or `corba_cdr`.",
+    },
+    Code {
         code: "unknown-policy",
         title: "a policy of a connector is none of those that are known",
         explain: "\
-A connector's policies are words: `dataport.publisher.push_policy` is `all`, `fifo`, `skip` or `new`;
+A connector's policies are words: `dataport.dataflow_type` is `push` or `pull`; `dataport.subscription_type` is `flush`,
+`new`, `periodic`, `block` or `nonblock`; `dataport.publisher.push_policy` is `all`, `fifo`, `skip` or `new`;
 `….buffer.write.full_policy` is `overwrite`, `do_nothing` or `block`; `….buffer.read.empty_policy` is `readback`,
 `do_nothing` or `block`. OpenRTM logs another word and takes its default, which may lose samples or wait where nobody
 meant it; here the connector is not made.
@@ -209,8 +223,8 @@ Mend the name, or declare the port with `rts:DataPorts` or `rts:ServicePorts`.",
         code: "unknown-value",
         title: "a word is none of those that are known",
         explain: "\
-Some attributes take one of few words: the interface, dataflow and subscription type of a connector, the activity type of a
-component, the direction of a location. What a port of the connector offers is known too. Another word is passed on as it
+Some attributes take one of few words: the interface type of a connector, the activity type of a component, the direction
+of a location. What a port of the connector offers is known too. Another word is passed on as it
 is, and probably means nothing to who reads it.
 
 Use a word that the help lists.",

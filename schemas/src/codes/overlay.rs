@@ -30,6 +30,32 @@ them nobody can tell what was meant.
 Add the key.",
     },
     Code {
+        code: "execution-context-mismatch",
+        title: "components of one execution context want to be run in different ways",
+        explain: "\
+An execution context runs all its components on one thread at one rate. Those that name the same one must want the same
+kind and, where they say a rate, the same rate; who says none has that of the others.
+
+    components:
+      Filter0: { executionContext: { name: control, rate: 1000 } }
+      Motor0: { executionContext: { name: control, rate: 50 } }      # which?
+
+An editor writes a rate for each component. Say one for all of them: `executionContext: { name: control, rate: 1000 }`
+under a glob or under `defaults`.",
+    },
+    Code {
+        code: "execution-context-apart",
+        title: "components of one execution context are in different processes",
+        explain: "\
+An execution context is a thread of one manager process, and runs components of that process only.
+
+    components:
+      Filter0: { manager: left, executionContext: { name: control } }
+      Motor0: { manager: right, executionContext: { name: control } }
+
+Give the components the same node and manager, or each its own execution context.",
+    },
+    Code {
         code: "unknown-key",
         title: "an overlay has no such key here",
         explain: "\
@@ -63,14 +89,13 @@ Mend the name, or remove the lines.",
         code: "not-carried-out",
         title: "the setting is kept, but this version does not act on it yet",
         explain: "\
-Packages and resources can be said, are checked and are stored with the system, but nothing acts on them in this
-version: a module comes from the module folders of its node, and a process runs with the processors, the scheduling and
-the memory of its agent.
+Packages and limits of memory can be said, are checked and are stored with the system, but nothing acts on them in this
+version: a module comes from the module folders of its node, and a process may have as much memory as its agent.
 
     types:
       Sine: { package: sine, version: \"1.2\" }
     components:
-      Sine0: { resources: { cpus: 2-3 } }
+      Sine0: { resources: { memoryLimit: 256MiB } }
 
 Nothing has to be mended. Do not rely on it: set limits where the agent is started, and put modules in its folders.",
     },

@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use super::{
     BufferSettings, ConnectorSettings, DEFAULT_LENGTH, DEFAULT_TIMEOUT, Dataflow, EmptyPolicy,
-    FullPolicy, HIGHEST_RATE, Interface, LONGEST_BUFFER, LONGEST_TIMEOUT, PushPolicy, Subscription,
+    FullPolicy, HIGHEST_RATE, Interface, LONGEST_BUFFER, LONGEST_TIMEOUT, LOWEST_RATE, PushPolicy,
+    Subscription,
 };
+use crate::suggest;
 
 /// A value that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -24,8 +26,8 @@ pub struct Fault {
 
 /// What the properties of a data connector say, by their OpenRTM names; all that cannot be used is said instead.
 ///
-/// Names that are not known stand for nothing here, and so do words for the three choices (`dataport.interface_type`,
-/// `dataport.dataflow_type`, `dataport.subscription_type`) that mean nothing here: other middleware has more of them.
+/// Names that are not known stand for nothing here, and so do unknown words for `dataport.interface_type`: other
+/// middleware has more of them, and all mean that the samples are to arrive.
 pub fn read(properties: &BTreeMap<String, String>) -> Result<ConnectorSettings, Vec<Fault>> {
     let mut reader = Reader {
         properties,
@@ -33,10 +35,7 @@ pub fn read(properties: &BTreeMap<String, String>) -> Result<ConnectorSettings, 
     };
     let subscription = reader.subscription();
     let settings = ConnectorSettings {
-        dataflow: match reader.word("dataport.dataflow_type").as_str() {
-            "pull" => Dataflow::Pull,
-            _ => Dataflow::Push,
-        },
+        dataflow: reader.dataflow(),
         subscription,
         interface: match reader.word("dataport.interface_type").as_str() {
             "direct" | "inproc" => Interface::Direct,
@@ -87,10 +86,31 @@ impl<'a> Reader<'a> {
         });
     }
 
+    /// What one of the three choices says: of a list, as ports have them, the first word that is known.
+    fn choice(&mut self, name: &str, kind: &str, known: &[&'static str]) -> &'static str {
+        let said = self.word(name);
+        let mut words = said.split(',').map(str::trim);
+        let found = words.find_map(|word| known.iter().find(|known| **known == word));
+        if found.is_none() && !said.is_empty() {
+            self.unknown_policy(name, &said, kind, known);
+        }
+        found.copied().unwrap_or_default()
+    }
+
+    fn dataflow(&mut self) -> Dataflow {
+        // OpenRTM 2 has connectors of both ways, whose samples are pushed.
+        let known = ["push", "pull", "duplex"];
+        match self.choice("dataport.dataflow_type", "a dataflow type", &known) {
+            "pull" => Dataflow::Pull,
+            _ => Dataflow::Push,
+        }
+    }
+
     fn subscription(&mut self) -> Subscription {
         // As OpenRTM has it: what is said of one end alone goes before what is said of both.
         let policy = self.push_policy();
-        match self.word("dataport.subscription_type").as_str() {
+        let known = ["flush", "new", "periodic", "block", "nonblock"];
+        match self.choice("dataport.subscription_type", "a subscription type", &known) {
             "new" | "nonblock" => Subscription::New(policy),
             "periodic" => Subscription::Periodic {
                 period: self.period(),
@@ -111,15 +131,17 @@ impl<'a> Reader<'a> {
             "skip" => PushPolicy::Skip(skip),
             "new" => PushPolicy::New,
             _ => {
-                self.unknown_policy(&name, &value, "a push policy", "all, fifo, skip, new");
+                let known = ["all", "fifo", "skip", "new"];
+                self.unknown_policy(&name, &value, "a push policy", &known);
                 PushPolicy::New
             }
         }
     }
 
-    fn unknown_policy(&mut self, name: &str, value: &str, kind: &str, known: &str) {
+    fn unknown_policy(&mut self, name: &str, value: &str, kind: &str, known: &[&str]) {
         let what = format!("`{value}` is not {kind}");
-        self.fault("unknown-policy", name, &what, format!("known: {known}"));
+        let help = suggest::advice(value, "known", known);
+        self.fault("unknown-policy", name, &what, help);
     }
 
     fn skip_count(&mut self) -> u32 {
@@ -153,12 +175,12 @@ impl<'a> Reader<'a> {
             return FALLBACK;
         };
         let period = rate
-            .filter(|rate| *rate > 0.0 && *rate <= HIGHEST_RATE)
+            .filter(|rate| (LOWEST_RATE..=HIGHEST_RATE).contains(rate))
             .and_then(|rate| Duration::try_from_secs_f64(rate.recip()).ok());
         period.unwrap_or_else(|| {
             let what = format!("`{value}` is no rate of a periodic connector");
             let help = format!(
-                "write a number of hertz above 0 and up to {HIGHEST_RATE}; `dataport.push_interval` is in seconds"
+                "write a number of hertz from {LOWEST_RATE} to {HIGHEST_RATE}; `dataport.push_interval` is in seconds"
             );
             self.fault("bad-push-rate", &name, &what, help);
             FALLBACK
@@ -182,8 +204,8 @@ impl<'a> Reader<'a> {
                 "do_nothing" => FullPolicy::DoNothing,
                 "block" => FullPolicy::Block(write_timeout),
                 _ => {
-                    let known = "overwrite, do_nothing, block";
-                    self.unknown_policy(&name, &value, "a policy of a full buffer", known);
+                    let known = ["overwrite", "do_nothing", "block"];
+                    self.unknown_policy(&name, &value, "a policy of a full buffer", &known);
                     FullPolicy::Overwrite
                 }
             },
@@ -195,8 +217,8 @@ impl<'a> Reader<'a> {
                 "do_nothing" => EmptyPolicy::DoNothing,
                 "block" => EmptyPolicy::Block(read_timeout),
                 _ => {
-                    let known = "readback, do_nothing, block";
-                    self.unknown_policy(&name, &value, "a policy of an empty buffer", known);
+                    let known = ["readback", "do_nothing", "block"];
+                    self.unknown_policy(&name, &value, "a policy of an empty buffer", &known);
                     EmptyPolicy::DoNothing
                 }
             },
@@ -310,10 +332,7 @@ mod tests {
         let period = Duration::from_millis(20);
         let policy = PushPolicy::Skip(3);
         assert_eq!(read.subscription, Subscription::Periodic { period, policy });
-        let other = settings(&[
-            ("dataport.interface_type", "ros2"),
-            ("dataport.subscription_type", "sometimes"),
-        ]);
+        let other = settings(&[("dataport.interface_type", "ros2")]);
         assert_eq!(other, ConnectorSettings::default());
     }
 
@@ -357,6 +376,7 @@ mod tests {
     fn every_fault_is_found_and_names_its_property() {
         let found = faults(&[
             ("dataport.subscription_type", "periodic"),
+            ("dataport.dataflow_type", "pushed"),
             ("dataport.publisher.push_policy", "newest"),
             ("dataport.publisher.skip_count", "-1"),
             ("dataport.publisher.push_rate", "0"),
@@ -369,13 +389,17 @@ mod tests {
         ]);
         let codes: Vec<_> = found.iter().map(|(code, _)| *code).collect();
         let count = |code: &str| codes.iter().filter(|c| **c == code).count();
-        assert_eq!(count("unknown-policy"), 3, "{found:?}");
+        assert_eq!(count("unknown-policy"), 4, "{found:?}");
         assert_eq!(count("bad-buffer-length"), 2, "{found:?}");
         assert_eq!(count("bad-timeout"), 2, "{found:?}");
         assert_eq!(
             (count("bad-push-rate"), count("bad-skip-count")),
             (1, 1),
             "{found:?}"
+        );
+        assert_eq!(
+            faults(&[("dataport.subscription_type", "perodic")]),
+            [("unknown-policy", "dataport.subscription_type".to_owned())]
         );
         assert_eq!(
             faults(&[("dataport.subscription_type", "periodic")]),
@@ -401,7 +425,7 @@ mod tests {
                 let Subscription::Periodic { period, .. } = settings.subscription else {
                     return Err(TestCaseError::fail("not periodic"));
                 };
-                prop_assert!(period > Duration::ZERO);
+                prop_assert!(period > Duration::ZERO && period <= Duration::from_hours(2));
             }
         }
     }

@@ -16,7 +16,12 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Finding>> {
             Finding::error("too-large", message).help("is this the right file?"),
         ));
     }
-    text(bytes).map(|(text, _)| text).ok_or_else(|| {
+    let decoded = text(bytes).map(|(text, _)| match text.contains('\n') {
+        true => text,
+        // Lines as old Macintoshes end them.
+        false => text.replace('\r', "\n"),
+    });
+    decoded.ok_or_else(|| {
         let valid = String::from_utf8_lossy(bytes);
         let at = valid.find([char::REPLACEMENT_CHARACTER, '\0']).unwrap_or(0);
         let place = Source::new(name, valid.as_ref()).place(at, at + 1);

@@ -58,7 +58,7 @@ pub(super) struct Preprocessor<'s> {
     /// The files that are open, the innermost last.
     open: Vec<Open>,
     conditions: Vec<Condition>,
-    macros: BTreeMap<String, Vec<Token>>,
+    macros: BTreeMap<String, Rc<[Token]>>,
     /// Files that said `#pragma once`.
     once: BTreeSet<usize>,
     /// Words that macros stand for, the next one first.

@@ -60,6 +60,14 @@ pub(super) struct Facts {
     pub has_id: bool,
 }
 
+/// What repository ids begin with: this text, then the names of the scopes that were opened within it.
+#[derive(Debug, Clone, Default)]
+struct Prefix {
+    text: String,
+    /// Scopes around it.
+    outer: usize,
+}
+
 /// The reader.
 pub(super) struct Reader<'s> {
     pub input: Preprocessor<'s>,
@@ -73,8 +81,12 @@ pub(super) struct Reader<'s> {
     pub scopes: Vec<Scope>,
     pub scope: usize,
     /// Of repository ids, here, and around each file that is open.
-    prefix: String,
-    prefixes: Vec<String>,
+    prefix: Prefix,
+    prefixes: Vec<Prefix>,
+    /// Pragmas and ends of files before the word.
+    waiting: Vec<(Piece, At)>,
+    /// Structs, unions, exceptions and interfaces that are open.
+    open: usize,
     /// Memory that was taken.
     cost: usize,
     is_too_dense: bool,
@@ -92,8 +104,10 @@ impl<'s> Reader<'s> {
             facts: Vec::new(),
             scopes: vec![Scope::default()],
             scope: 0,
-            prefix: String::new(),
+            prefix: Prefix::default(),
             prefixes: Vec::new(),
+            waiting: Vec::new(),
+            open: 0,
             cost: 0,
             is_too_dense: false,
         }
@@ -101,7 +115,7 @@ impl<'s> Reader<'s> {
 
     /// Reads the file that was opened.
     pub fn file(&mut self) {
-        self.prefix.clear();
+        self.prefix = Prefix::default();
         self.advance();
         while self.token != Token::End {
             if self.definition().is_err() {
@@ -110,6 +124,7 @@ impl<'s> Reader<'s> {
                 self.takes("}");
             }
         }
+        self.obey();
     }
 
     /// What was read, and what is to be said of it.
@@ -135,23 +150,37 @@ impl<'s> Reader<'s> {
         (unit, self.input.findings)
     }
 
-    /// Goes on to the next word.
+    /// Goes on to the next word. What stands before this one and is no word counts from now on, in its scope.
     fn advance(&mut self) {
         self.before = self.at;
+        self.obey();
         loop {
-            let (piece, at) = self.input.next();
-            match piece {
-                Piece::Token(_) if self.is_too_dense => {
+            match self.input.next() {
+                (Piece::Token(_), _) if self.is_too_dense => {
                     self.token = Token::End;
                     return;
                 }
-                Piece::Token(token) => {
+                (Piece::Token(token), at) => {
                     self.token = token;
                     self.at = at;
                     return;
                 }
+                other => self.waiting.push(other),
+            }
+        }
+    }
+
+    /// Does what stands before this word.
+    fn obey(&mut self) {
+        for (piece, at) in std::mem::take(&mut self.waiting) {
+            match piece {
+                Piece::Token(_) => {}
                 Piece::Pragma(pragma) => self.pragma(pragma, at),
-                Piece::Enter => self.prefixes.push(std::mem::take(&mut self.prefix)),
+                Piece::Enter => {
+                    let begun = self.prefix_here(String::new());
+                    let outer = std::mem::replace(&mut self.prefix, begun);
+                    self.prefixes.push(outer);
+                }
                 Piece::Leave => self.prefix = self.prefixes.pop().unwrap_or_default(),
             }
         }
@@ -272,11 +301,12 @@ impl<'s> Reader<'s> {
         let mut path = self.path(self.scope);
         path.push(name.to_owned());
         let mut repository_id = "IDL:".to_owned();
-        if !self.prefix.is_empty() {
-            repository_id.push_str(&self.prefix);
+        if !self.prefix.text.is_empty() {
+            repository_id.push_str(&self.prefix.text);
             repository_id.push('/');
         }
-        repository_id.push_str(&path.join("/"));
+        let within = path.get(self.prefix.outer..).unwrap_or(&path);
+        repository_id.push_str(&within.join("/"));
         repository_id.push_str(":1.0");
         let file = self.input.findings.files.get(at.file);
         let file = file.map_or_else(String::new, |file| file.name().to_owned());
@@ -332,6 +362,7 @@ impl<'s> Reader<'s> {
         self.definitions[index].kind = kind;
         self.facts[index].at = at;
         self.facts[index].state = State::Open;
+        self.open += 1;
         let scope = self.enter(name, What::Definition(index), at);
         self.facts[index].scope = Some(scope);
         index
@@ -340,6 +371,7 @@ impl<'s> Reader<'s> {
     /// Ends it.
     fn end(&mut self, index: usize, kind: Kind) {
         self.leave();
+        self.open = self.open.saturating_sub(1);
         self.definitions[index].kind = kind;
         self.facts[index].state = State::Complete;
         self.weigh(index);

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{ConfigurationSettings, ResourceSettings, Settings};
-use crate::system::{ComponentSpec, Configuration, Placement, Resources, StandInSpec};
+use super::{ConfigurationSettings, ExecutionContextSettings, ResourceSettings, Settings};
+use crate::system::{
+    ComponentSpec, Configuration, ExecutionContextSpec, Placement, Resources, StandInSpec,
+};
 use crate::yaml_type::Setting;
 
 /// Lays what is said over a component: what is not said stays.
@@ -27,6 +29,7 @@ pub fn lay(component: &mut ComponentSpec, said: &Settings) {
         Setting::Removed(_) => component.stand_in = StandInSpec::default(),
         Setting::Said(said, _) => said.lay(&mut component.stand_in),
     }
+    context(&mut component.execution_context, &said.execution_context);
     resources(&mut component.resources, &said.resources);
     configuration(&mut component.configuration, &said.configuration);
 }
@@ -52,6 +55,25 @@ fn place(placement: &mut Placement, said: &Settings) {
     }
 }
 
+/// What is taken back as a whole is what an overlay or a property said: kind and rate stay as the profile has them.
+fn context(onto: &mut ExecutionContextSpec, said: &Setting<ExecutionContextSettings>) {
+    match said {
+        Setting::Silent => {}
+        Setting::Removed(_) => {
+            onto.name = None;
+            onto.order = 0;
+        }
+        Setting::Said(said, _) => {
+            said.name.lay_some(&mut onto.name);
+            let mut order = Some(onto.order);
+            said.order.lay_some(&mut order);
+            onto.order = order.unwrap_or_default();
+            said.kind.lay(&mut onto.kind);
+            said.rate.lay_some(&mut onto.rate);
+        }
+    }
+}
+
 fn resources(onto: &mut Resources, said: &Setting<ResourceSettings>) {
     match said {
         Setting::Silent => {}
@@ -59,6 +81,8 @@ fn resources(onto: &mut Resources, said: &Setting<ResourceSettings>) {
         Setting::Said(said, _) => {
             said.cpus.lay_some(&mut onto.cpus);
             said.realtime_priority.lay_some(&mut onto.realtime_priority);
+            said.lock_memory.lay_some(&mut onto.lock_memory);
+            said.required.lay_some(&mut onto.required);
             said.memory_limit.lay_some(&mut onto.memory_limit_bytes);
         }
     }

@@ -6,11 +6,17 @@ use crate::rts_profile::escaped;
 use crate::span::Span;
 use crate::yaml_type::{Leaf, leaves_of, rows_of};
 
-/// The keys that a profile may have, without their prefix: `node`, `resources.cpus`. Configuration has its own place there.
+/// The keys that a profile may have, without their prefix: `node`, `resources.cpus`. Configuration, and kind and
+/// rate of the execution context, have their own places there.
 pub fn keys() -> Vec<String> {
     let rows = rows_of::<Settings>().into_iter().map(|row| row.path);
-    rows.filter(|path| !path.starts_with("configuration."))
-        .collect()
+    rows.filter(|path| !has_own_place(path)).collect()
+}
+
+/// What a profile says elsewhere than among the properties of a component.
+fn has_own_place(path: &str) -> bool {
+    let context = ["executionContext.kind", "executionContext.rate"];
+    path.starts_with("configuration.") || context.contains(&path)
 }
 
 /// JSON pointer from a component to the field that a key sets, without the first slash.
@@ -25,7 +31,7 @@ pub fn pointer(path: &[&str]) -> String {
         ["standIn", "fail", ..] => "standIn/fail".to_owned(),
         ["standIn", key, ..] => format!("standIn/{key}Ms"),
         ["resources", "memoryLimit", ..] => "resources/memoryLimitBytes".to_owned(),
-        ["resources" | "configuration", ..] => {
+        ["resources" | "configuration" | "executionContext", ..] => {
             let parts: Vec<String> = path.iter().map(|part| escaped(part)).collect();
             parts.join("/")
         }
@@ -49,7 +55,7 @@ pub fn later(said: &Settings) -> Vec<(Finding, Span)> {
                 Some("package" | "version") => {
                     "the module is taken from the module folders of its node (`rts-agent --modules`)"
                 }
-                _ => "the process runs with the limits of its agent",
+                _ => "the process may have what its agent may have",
             };
             (Finding::warning("not-carried-out", message).help(help), leaf.span)
         })
@@ -59,7 +65,8 @@ pub fn later(said: &Settings) -> Vec<(Finding, Span)> {
 fn is_later(leaf: &Leaf) -> bool {
     match leaf.path.first().map(String::as_str) {
         _ if leaf.value.is_null() => false,
-        Some("package" | "version" | "resources") => true,
+        Some("package" | "version") => true,
+        Some("resources") => leaf.path.get(1).is_some_and(|key| key == "memoryLimit"),
         _ => false,
     }
 }
@@ -73,7 +80,7 @@ mod tests {
     /// A value of each key that differs from what is there without it.
     fn other(key: &str) -> &'static str {
         match key {
-            "isolated" | "resetOnError" => "true",
+            "isolated" | "resetOnError" | "resources.lockMemory" | "resources.required" => "true",
             "restart" => "never",
             "restartLimit" => "3",
             "onHang" => "restart",
@@ -84,6 +91,7 @@ mod tests {
             "standIn.data.NAME" => "[1]",
             "standIn.startupTime" | "standIn.crashAfter" => "3s",
             "resources.cpus" => "1",
+            "executionContext.order" => "7",
             "resources.realtimePriority" => "50",
             "resources.memoryLimit" => "1GiB",
             key if key.ends_with("Timeout") || key.ends_with("Window") => "3s",
@@ -94,7 +102,7 @@ mod tests {
     #[test]
     fn each_key_sets_the_field_that_its_pointer_names() {
         let keys = keys();
-        assert_eq!(keys.len(), KEYS.len() + 1 + 4);
+        assert_eq!(keys.len(), KEYS.len() + 1 + 6 + 1);
         for key in &keys {
             let mut component = ComponentSpec::default();
             set(&mut component, key, other(key)).unwrap();

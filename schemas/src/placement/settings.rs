@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::{ConfigurationSettings, ResourceSettings, Settings, StandInSetting};
+use super::{
+    ConfigurationSettings, ExecutionContextSettings, ResourceSettings, Settings, StandInSetting,
+};
 use crate::span::{Span, Text};
-use crate::system::{ComponentSpec, Configuration, Resources};
+use crate::system::{ComponentSpec, Configuration, ExecutionContextSpec, Resources};
 use crate::yaml_type::{Map, Setting, leaves_of};
 
 /// What a component needs beside the defaults. A process of its own goes before a manager's name.
@@ -30,6 +32,7 @@ pub fn of(component: &ComponentSpec) -> Settings {
         package: Setting::some(component.package.name.clone()),
         version: Setting::some(component.package.version.clone()),
         stand_in: unless_default(&StandInSetting::of(&component.stand_in)),
+        execution_context: context(&component.execution_context),
         resources: resources(&component.resources),
         configuration: configuration(&component.configuration),
     }
@@ -61,10 +64,23 @@ fn unless_default<T: Clone + Default + PartialEq>(value: &T) -> Setting<T> {
     }
 }
 
+/// Kind and rate have their own place in a profile.
+fn context(context: &ExecutionContextSpec) -> Setting<ExecutionContextSettings> {
+    let order = (context.order != 0).then_some(context.order);
+    let said = ExecutionContextSettings {
+        name: Setting::some(context.name.clone()),
+        order: Setting::some(order),
+        ..ExecutionContextSettings::default()
+    };
+    unless_default(&said)
+}
+
 fn resources(resources: &Resources) -> Setting<ResourceSettings> {
     let said = ResourceSettings {
         cpus: Setting::some(resources.cpus.clone()),
         realtime_priority: Setting::some(resources.realtime_priority),
+        lock_memory: Setting::some(resources.lock_memory),
+        required: Setting::some(resources.required),
         memory_limit: Setting::some(resources.memory_limit_bytes),
     };
     unless_default(&said)
@@ -121,8 +137,12 @@ mod tests {
             ("standIn.fail", "activate"),
             ("standIn.crashAfter", "5s"),
             ("standIn.data.NAME", r#"["1","a b",["2","3"]]"#),
+            ("executionContext.name", "control"),
+            ("executionContext.order", "-10"),
             ("resources.cpus", "2-3,5"),
             ("resources.realtimePriority", "50"),
+            ("resources.lockMemory", "true"),
+            ("resources.required", "false"),
             ("resources.memoryLimit", "256MiB"),
         ];
         assert_eq!(values.map(|(key, _)| key.to_owned()).as_slice(), keys());

@@ -9,7 +9,10 @@ use serde_json::{Value as Json, json};
 
 use crate::diagnostic::Finding;
 use crate::names;
-use crate::system::{DriftPolicy, OnDisconnect, OnHang, RestartPolicy, StandIn, StandInFault};
+use crate::system::{
+    DriftPolicy, ExecutionKind, MAX_RATE, MIN_RATE, OnDisconnect, OnHang, RestartPolicy, StandIn,
+    StandInFault, rate_problem,
+};
 use crate::yaml_type::{Scalar, Words};
 
 /// Milliseconds that a time may have.
@@ -23,6 +26,9 @@ const VERSION: usize = 128;
 
 /// Highest number of a processor.
 const LAST_CPU: u32 = 1023;
+
+/// Places among the components of an execution context.
+const ORDERS: RangeInclusive<i32> = -1_000_000..=1_000_000;
 
 /// Longest value of a parameter, in bytes: as the controller stores it.
 const VALUE: usize = 1024 * 1024;
@@ -74,6 +80,14 @@ value! {
 value! {
     /// Processors as cpuset(7) lists them, in their order: `0-3,6`.
     Cpus(String)
+}
+value! {
+    /// Name of an execution context.
+    ContextName(String)
+}
+value! {
+    /// Place among the components of an execution context.
+    ContextOrder(i32)
 }
 value! {
     /// SCHED_FIFO priority.
@@ -245,12 +259,26 @@ impl Scalar for VersionRange {
     }
 }
 
-impl Scalar for Cpus {
-    const EXPECTED: &'static str =
-        "numbers of processors from 0 to 1023 and ranges of them, such as `2-3,5`";
+impl Cpus {
+    /// Reads a list; none when it is none.
+    pub fn read(text: &str) -> Option<Self> {
+        Some(Self::of(
+            text.split(',').map(range).collect::<Option<Vec<_>>>()?,
+        ))
+    }
 
-    fn parse(text: &str) -> Option<Self> {
-        let mut ranges = text.split(',').map(range).collect::<Option<Vec<_>>>()?;
+    /// These processors.
+    pub fn of_numbers(numbers: impl IntoIterator<Item = u32>) -> Self {
+        Self::of(numbers.into_iter().map(|number| (number, number)).collect())
+    }
+
+    /// Their numbers, in their order.
+    pub fn numbers(&self) -> impl Iterator<Item = u32> {
+        let ranges = self.0.split(',').filter_map(range);
+        ranges.flat_map(|(first, last)| first..=last)
+    }
+
+    fn of(mut ranges: Vec<(u32, u32)>) -> Self {
         ranges.sort_unstable();
         let mut joined: Vec<(u32, u32)> = Vec::new();
         for (first, last) in ranges {
@@ -263,7 +291,16 @@ impl Scalar for Cpus {
             true => first.to_string(),
             false => format!("{first}-{last}"),
         });
-        Some(Self(spelled.collect::<Vec<_>>().join(",")))
+        Self(spelled.collect::<Vec<_>>().join(","))
+    }
+}
+
+impl Scalar for Cpus {
+    const EXPECTED: &'static str =
+        "numbers of processors from 0 to 1023 and ranges of them, such as `2-3,5`";
+
+    fn parse(text: &str) -> Option<Self> {
+        Self::read(text)
     }
 
     fn spelled(&self) -> String {
@@ -287,6 +324,75 @@ fn range(text: &str) -> Option<(u32, u32)> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     let (first, last) = (number(first)?, number(last)?);
     (first <= last).then_some((first, last))
+}
+
+/// Hertz.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate(pub f64);
+
+impl From<Rate> for f64 {
+    fn from(rate: Rate) -> Self {
+        rate.0
+    }
+}
+
+impl Scalar for ContextName {
+    const EXPECTED: &'static str =
+        "up to 63 letters, digits, `-`, `_` and `.`, the first a letter or digit";
+
+    fn parse(text: &str) -> Option<Self> {
+        names::is_manager_name(text).then(|| Self(text.to_owned()))
+    }
+
+    fn spelled(&self) -> String {
+        self.0.clone()
+    }
+
+    fn schema() -> Json {
+        ManagerName::schema()
+    }
+}
+
+impl Scalar for ContextOrder {
+    const EXPECTED: &'static str = "a whole number from -1000000 to 1000000";
+
+    fn parse(text: &str) -> Option<Self> {
+        let parsed = text.parse().ok();
+        parsed.filter(|order| ORDERS.contains(order)).map(Self)
+    }
+
+    fn spelled(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn schema() -> Json {
+        json!({"type": "integer", "minimum": ORDERS.start(), "maximum": ORDERS.end()})
+    }
+
+    fn write(&self) -> Json {
+        self.0.into()
+    }
+}
+
+impl Scalar for Rate {
+    const EXPECTED: &'static str = "a number of hertz from 0.001 to 1000000";
+
+    fn parse(text: &str) -> Option<Self> {
+        let rate = text.parse().ok();
+        rate.filter(|rate| rate_problem(*rate).is_none()).map(Self)
+    }
+
+    fn spelled(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn schema() -> Json {
+        json!({"type": "number", "minimum": MIN_RATE, "maximum": MAX_RATE})
+    }
+
+    fn write(&self) -> Json {
+        self.0.into()
+    }
 }
 
 impl Scalar for Priority {
@@ -397,6 +503,11 @@ words!(
     "`always`, `on-failure` or `never`",
     [Always, OnFailure, Never]
 );
+words!(
+    ExecutionKind,
+    "`periodic`, `eventDriven` or `other`",
+    [Periodic, EventDriven, Other]
+);
 words!(OnHang, "`report` or `restart`", [Report, Restart]);
 words!(
     OnDisconnect,
@@ -418,7 +529,13 @@ words!(
     "`initialize`, `activate` or `execute`",
     [Initialize, Activate, Execute]
 );
-scalar_of_words!(OnHang, OnDisconnect, DriftPolicy, StandInFault);
+scalar_of_words!(
+    ExecutionKind,
+    OnHang,
+    OnDisconnect,
+    DriftPolicy,
+    StandInFault
+);
 
 impl Scalar for RestartPolicy {
     const EXPECTED: &'static str = <Self as Words>::EXPECTED;

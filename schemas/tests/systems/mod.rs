@@ -185,11 +185,16 @@ fn execution_context() -> impl Strategy<Value = ExecutionContextSpec> {
         select(vec!["0", "1", "Comp1Ec1"]),
         select(kinds),
         option::of(rate),
+        option::of(select(vec!["control", "slow.loop"])),
+        select(vec![0, -3, 10]),
     )
-        .prop_map(|(id, kind, rate)| ExecutionContextSpec {
+        .prop_map(|(id, kind, rate, name, order)| ExecutionContextSpec {
             id: id.to_owned(),
             kind,
             rate,
+            name: name.map(str::to_owned),
+            order,
+            shared_state: None,
         })
 }
 
@@ -266,10 +271,11 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
     let resources = (
         option::of(select(vec!["0", "2-3", "0-1,5"])),
         option::of(1..=99u8),
+        (option::of(any::<bool>()), option::of(any::<bool>())),
         option::of(1u64 << 20..1 << 50),
     );
     (package, stand_in, resources).prop_map(|((name, version), stand_in, resources)| {
-        let (cpus, realtime_priority, memory_limit_bytes) = resources;
+        let (cpus, realtime_priority, (lock_memory, required), memory_limit_bytes) = resources;
         let package = Package {
             name,
             version: version.map(str::to_owned),
@@ -277,6 +283,8 @@ fn kept() -> impl Strategy<Value = (Package, StandInSpec, Resources)> {
         let resources = Resources {
             cpus: cpus.map(str::to_owned),
             realtime_priority,
+            lock_memory,
+            required,
             memory_limit_bytes,
         };
         (package, stand_in, resources)

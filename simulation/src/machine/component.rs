@@ -25,6 +25,7 @@ pub(super) enum Action {
         active: Option<String>,
         rate: Option<f64>,
         on_disconnect: Option<String>,
+        order: Option<i32>,
         by_hand: Option<String>,
     },
 }
@@ -117,12 +118,16 @@ impl Handle {
                 active,
                 rate,
                 on_disconnect,
+                order,
                 by_hand,
             } => {
                 self.work(50, 1_000).await;
                 let configure = |component: &mut Component| {
                     let sets_values = !sets.is_empty() || active.is_some();
                     component.configure(&sets, active.as_deref(), rate, on_disconnect)?;
+                    if let (Some(order), Some(shared)) = (order, &mut component.shared) {
+                        shared.order = order;
+                    }
                     if sets_values || by_hand.is_some() {
                         component.by_hand.configured = by_hand;
                     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rts_host::clock::Chance;
-use rts_manager_api::control::{ByHandInfo, CreateRequest, Failure, FailureCode};
+use rts_manager_api::control::{ByHandInfo, CreateRequest, Failure, FailureCode, RealtimeInfo};
 use rts_plan::desired::SystemRef;
 use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::rate_problem;
@@ -122,11 +122,16 @@ fn component(
         on_disconnect: policy(request.on_disconnect.as_deref())?
             .unwrap_or("keep")
             .to_owned(),
+        realtime: request.realtime.map(|asked| RealtimeInfo {
+            asked,
+            ..RealtimeInfo::default()
+        }),
         by_hand: ByHandInfo::default(),
         leaving: false,
         busy: None,
         turn: Default::default(),
         lost: false,
+        shared: request.execution_context,
         executions: 0.0,
         connectors: BTreeMap::new(),
     })

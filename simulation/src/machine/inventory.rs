@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ManagerInventory,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, ExecutionContextInfo,
+    ManagerInventory,
 };
 
 use super::state::{Component, Connector, End, Process};
@@ -81,9 +82,16 @@ impl Component {
             }),
             on_disconnect: Some(self.on_disconnect.clone()),
             execution_kind: "periodic".to_owned(),
+            execution_context: self.shared.as_deref().map(|shared| ExecutionContextInfo {
+                name: shared.name.clone(),
+                order: shared.order,
+                shared_state: shared.shared_state.clone(),
+                members: Vec::new(),
+            }),
             rate: self.rate,
             executions: self.executions as u64,
             timing: None,
+            realtime: self.realtime.clone(),
             ports: self.ports.clone(),
             connectors: self.connectors.values().map(Connector::info).collect(),
             bindings,

@@ -39,12 +39,14 @@ pub(super) async fn handle(
             rate,
             on_disconnect,
             by_hand,
+            order,
         } => {
             let action = Action::Configure {
                 sets,
                 active,
                 rate,
                 on_disconnect,
+                order,
                 by_hand,
             };
             done(act(handle, &instance, action, deadline).await)

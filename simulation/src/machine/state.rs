@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use rts_agent::launch::Exit;
 use rts_manager_api::control::{
-    Binding, ByHandInfo, Changed, ConnectRequest, FromManager, Hello, PortInfo, SystemId,
+    Binding, ByHandInfo, Changed, ConnectRequest, ExecutionContextRequest, FromManager, Hello,
+    PortInfo, RealtimeInfo, SystemId,
 };
 use rts_manager_api::files::ManagerFile;
 use rts_plan::desired::ManagerKey;
@@ -132,6 +133,7 @@ pub(super) struct Component {
     pub rate: f64,
     /// `keep`, `deactivate` or `stop`.
     pub on_disconnect: String,
+    pub realtime: Option<RealtimeInfo>,
     pub by_hand: ByHandInfo,
     /// It is being deleted: no end is added any more.
     pub leaving: bool,
@@ -141,6 +143,8 @@ pub(super) struct Component {
     pub turn: Arc<tokio::sync::Mutex<()>>,
     /// A peer was lost, and it did not act on that yet.
     pub lost: bool,
+    /// The execution context that it shares.
+    pub shared: Option<Box<ExecutionContextRequest>>,
     pub executions: f64,
     pub connectors: BTreeMap<String, Connector>,
 }

@@ -268,6 +268,8 @@ fn create_with(instance: &str, on_disconnect: Option<&str>) -> RequestBody {
         log_path: "/home/logs/x.log".to_owned(),
         on_disconnect: on_disconnect.map(str::to_owned),
         stand_in: None,
+        realtime: None,
+        execution_context: None,
     })
 }
 
@@ -307,6 +309,7 @@ fn connect(connector: &str, from: &str, to: &str, incarnation: &str) -> ConnectR
         target_instance: to.to_owned(),
         target_port: "in".to_owned(),
         target_socket: None,
+        between_nodes: false,
         target_incarnation: incarnation.to_owned(),
         properties: Default::default(),
         by_hand: None,

@@ -199,9 +199,11 @@ pub fn up() -> Batch {
                 recreate_hash: "h".to_owned(),
                 configuration: Configuration::default(),
                 execution_kind: ExecutionKind::Periodic,
+                execution_context: None,
                 rate: Some(100.0),
                 on_disconnect: Default::default(),
                 stand_in: None,
+                realtime: None,
             },
         ));
     }

@@ -101,7 +101,7 @@ fn samples_go_from_node_to_node_and_nothing_is_left() {
     }
     for connector in stack.get("connectors") {
         let status = &connector["status"];
-        assert_eq!(status["transport"], "uds");
+        assert_eq!(status["transport"], "tcp");
         assert!(status["samplesReceived"].as_u64() <= status["samplesSent"].as_u64());
     }
     let before = components(&stack);

@@ -2,6 +2,7 @@
 
 mod failure;
 mod inventory;
+mod realtime;
 mod request;
 mod stand_in;
 
@@ -9,10 +10,14 @@ use serde::{Deserialize, Serialize};
 
 pub use self::failure::{Failure, FailureCode};
 pub use self::inventory::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo, Latency,
-    ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TapInfo, TimingInfo,
+    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, DurationInfo,
+    ExecutionContextInfo, Latency, ManagerInventory, ModuleInfo, ParameterFacts, PortInfo, TapInfo,
+    TimingInfo,
 };
-pub use self::request::{Binding, ConnectRequest, CreateRequest, Request, RequestBody};
+pub use self::realtime::{RealtimeInfo, RealtimeRequest};
+pub use self::request::{
+    Binding, ConnectRequest, CreateRequest, ExecutionContextRequest, Request, RequestBody,
+};
 pub use self::stand_in::StandInShape;
 pub use crate::greeting::Greeting;
 

@@ -15,7 +15,7 @@ pub enum Greeting {
         version: u32,
     },
     /// The out-port end of a connector.
-    Data(crate::data::DataHello),
+    Data(Box<crate::data::DataHello>),
     /// Who looks at a port, or writes to one.
     Tap(crate::tap::TapHello),
 }
@@ -38,7 +38,7 @@ enum WireGreeting {
         newest: Option<u32>,
     },
     /// The out-port end of a connector.
-    Data(crate::data::DataHello),
+    Data(Box<crate::data::DataHello>),
     /// Who looks at a port, or writes to one.
     Tap(crate::tap::TapHello),
 }

@@ -13,8 +13,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::control::Failure;
-use crate::data::MAX_SAMPLE;
 
+/// Largest payload of a sample in bytes, as everywhere.
+pub const MAX_SAMPLE: usize = 64 * 1024 * 1024;
 /// Bytes of a sample before its payload, besides its length.
 const HEAD: usize = 16;
 

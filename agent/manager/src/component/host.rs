@@ -9,7 +9,6 @@ use std::ptr::NonNull;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use rts_manager_api::data::MAX_SAMPLE;
 use rts_runtime::abi::port_status::{
     PORT_BUFFER_EMPTY, PORT_BUFFER_FULL, PORT_BUFFER_TIMEOUT, PORT_ERROR, PORT_INVALID_ARGS,
     PORT_OK,
@@ -25,6 +24,7 @@ use crate::data::sample::{Read, Written};
 use crate::log::{Level, MAX_LINE};
 use crate::sync::lock;
 use crate::text::{self, lend};
+use rts_transport::MAX_SAMPLE;
 
 /// Longest type name of a sample.
 const MAX_TYPE: usize = 256;
@@ -199,7 +199,7 @@ unsafe extern "C" fn now(_context: *mut c_void, clock: u32) -> i64 {
 
 unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
     // SAFETY: as for `log`.
-    unsafe { guarded(context, 0.0, |context| lock(&context.component.status).rate) }
+    unsafe { guarded(context, 0.0, |context| context.component.context.rate()) }
 }
 
 unsafe extern "C" fn wake(context: *mut c_void) -> i32 {

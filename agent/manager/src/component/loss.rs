@@ -1,5 +1,5 @@
 //! What a component does when a connector's other end is lost (`rtsctl.onDisconnect`). It is decided and done here, with
-//! nobody else alive, on the component's own thread.
+//! nobody else alive, on the thread of its execution context.
 //!
 //! One that is Active acts at once. One that is not stays so: the end of the connector itself remembers that it was lost,
 //! and while it does, the component is not activated. So an order to activate it that was given before the loss comes
@@ -11,7 +11,7 @@ use rts_manager_api::control::{Failure, FailureCode};
 use rts_schemas::system::OnDisconnect;
 
 use super::lifecycle::Transition;
-use super::run::Context;
+use super::member::Member;
 use super::{Component, Order, State};
 use crate::events::Events;
 use crate::failure::{failure, invalid};
@@ -83,7 +83,7 @@ impl Component {
             told: false,
         });
         // Without room its thread has requests to obey, and looks before each.
-        let _ = self.commands.try_send(Order::Attend);
+        let _ = self.context.tell(Order::Attend);
     }
 
     /// Tells once of a loss that is not acted on in time, since a callback hangs.
@@ -104,10 +104,10 @@ impl Component {
     }
 }
 
-impl Context<'_> {
+impl Member<'_> {
     /// Refuses when it must not be Active, since a connector of it is lost.
     pub fn check_peers(&self) -> Result<(), Failure> {
-        let component = self.component;
+        let component = &self.component;
         let policy = lock(&component.status).on_disconnect;
         if policy == OnDisconnect::Keep {
             return Ok(());

@@ -1,12 +1,16 @@
-//! A component: what everyone may see of it, and the channel to the thread that runs it.
+//! A component: what everyone may see of it, and the execution context that runs it.
 
 mod by_hand;
 mod configuration;
+mod context;
 mod host;
 mod instance;
 mod lifecycle;
 mod loans;
 mod loss;
+mod member;
+mod order;
+mod realtime;
 mod run;
 mod spawn;
 mod steps;
@@ -14,16 +18,19 @@ mod timing;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{
-    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, SystemId,
+    self, ByHandInfo, ComponentInfo, ConnectorInfo, Failure, FailureCode, RealtimeInfo,
+    RealtimeRequest, SystemId,
 };
 use rts_schemas::system::OnDisconnect;
 
 pub use self::configuration::Configuration;
+use self::context::WantedRate;
+pub use self::context::{Contexts, ExecutionContext};
 pub use self::lifecycle::State;
 use self::loss::Loss;
 pub use self::loss::policy;
@@ -55,6 +62,8 @@ pub struct Identity {
     pub restarts: u32,
     /// Wall-clock creation, RFC 3339.
     pub created: String,
+    /// Name of the composite whose members share their state with it.
+    pub shared_state: Option<String>,
 }
 
 /// A component.
@@ -64,19 +73,20 @@ pub struct Component {
     pub identity: Identity,
     /// Its module.
     pub module: Arc<Module>,
-    /// What drives it.
-    pub execution: Execution,
+    /// What runs it.
+    pub context: Arc<ExecutionContext>,
     /// Its ports, by their index in the ABI.
     pub ports: Vec<PortEnd>,
     status: Mutex<Status>,
     busy: Mutex<Option<Busy>>,
     executions: AtomicU64,
     timing: Timing,
-    /// A cycle was asked for, of an event-driven execution context.
+    /// What its execution context has of the machine; empty where nothing was asked for.
+    realtime: OnceLock<RealtimeInfo>,
+    /// A cycle of it was asked for, of an event-driven execution context.
     woken: AtomicBool,
     /// Its log.
     pub log: LogFile,
-    commands: SyncSender<Order>,
     /// The loss of a peer that it has still to act on.
     loss: Mutex<Option<Loss>>,
     /// Held while a connector is exchanged for another of its name; never while anything is waited for.
@@ -97,7 +107,6 @@ struct Status {
     state: State,
     message: Option<String>,
     configuration: Configuration,
-    rate: f64,
     on_disconnect: OnDisconnect,
     by_hand: ByHandInfo,
     /// Set before its ends are taken away, so that none is added afterwards.
@@ -111,24 +120,40 @@ struct Busy {
     since: Instant,
 }
 
-/// What wakes the thread that runs it.
+/// What wakes the thread of an execution context.
 #[derive(Debug)]
 pub enum Order {
+    /// Run a new component.
+    Join(Joining),
     /// Carry out a request.
     Obey(Command),
-    /// A peer was lost.
+    /// A peer of one of its components was lost.
     Attend,
     /// A cycle was asked for.
     Wake,
 }
 
-/// A request to the thread that runs it.
+/// A component that is to be initialised and run.
+#[derive(Debug)]
+pub struct Joining {
+    component: Arc<Component>,
+    rate: WantedRate,
+    /// What it is to have of the machine.
+    realtime: Option<RealtimeRequest>,
+    deadline: Instant,
+    reply: Reply,
+}
+
+/// A request that concerns one component.
 #[derive(Debug)]
 pub struct Command {
+    component: Arc<Component>,
     action: Action,
     deadline: Instant,
-    reply: SyncSender<Result<(), Failure>>,
+    reply: Reply,
 }
+
+type Reply = SyncSender<Result<(), Failure>>;
 
 /// What to do with a component.
 #[derive(Debug, Clone)]
@@ -151,17 +176,33 @@ pub enum Action {
     Delete,
     /// Change in place.
     Configure {
-        /// Set → parameter → value.
-        sets: BTreeMap<String, BTreeMap<String, String>>,
-        /// New active set.
-        active: Option<String>,
-        /// New rate in Hz.
-        rate: Option<f64>,
-        /// New policy.
-        on_disconnect: Option<OnDisconnect>,
+        /// What.
+        change: Box<Change>,
         /// The mark of the person who does it.
         by_hand: Option<String>,
     },
+}
+
+/// What is to be changed in place; what is not named stays.
+#[derive(Debug, Clone, Default)]
+pub struct Change {
+    /// Set → parameter → value.
+    pub sets: BTreeMap<String, BTreeMap<String, String>>,
+    /// New active set.
+    pub active: Option<String>,
+    /// New rate in Hz of its execution context.
+    pub rate: Option<f64>,
+    /// New policy.
+    pub on_disconnect: Option<OnDisconnect>,
+    /// New place in the order of its execution context.
+    pub order: Option<i32>,
+}
+
+impl Change {
+    /// Whether it sets something that a person may have set.
+    fn sets_values(&self) -> bool {
+        !self.sets.is_empty() || self.active.is_some()
+    }
 }
 
 /// An answer that is being waited for.
@@ -172,18 +213,15 @@ pub struct Pending {
 
 impl Component {
     /// Hands a request to its thread.
-    pub fn ask(&self, action: Action, deadline: Instant) -> Result<Pending, Failure> {
+    pub fn ask(self: &Arc<Self>, action: Action, deadline: Instant) -> Result<Pending, Failure> {
         let (reply, answer) = sync_channel(1);
-        let command = Command {
+        self.tell(Order::Obey(Command {
+            component: Arc::clone(self),
             action,
             deadline,
             reply,
-        };
-        match self.commands.try_send(Order::Obey(command)) {
-            Ok(()) => Ok(Pending { answer, deadline }),
-            Err(TrySendError::Full(_)) => Err(self.late("has too many requests waiting")),
-            Err(TrySendError::Disconnected(_)) => Err(self.gone()),
-        }
+        }))?;
+        Ok(Pending { answer, deadline })
     }
 
     /// Waits for an answer until the request's deadline.
@@ -197,20 +235,19 @@ impl Component {
     }
 
     /// Asks and waits.
-    pub fn call(&self, action: Action, deadline: Instant) -> Result<(), Failure> {
+    pub fn call(self: &Arc<Self>, action: Action, deadline: Instant) -> Result<(), Failure> {
         self.wait(&self.ask(action, deadline)?)
     }
 
     /// The answer to a request that has not been carried out in time.
     fn late(&self, otherwise: &str) -> Failure {
         let name = &self.identity.instance;
-        let message = match *lock(&self.busy) {
-            Some(Busy { call, since }) => format!(
-                "{name} has been in {call} for {:.1} s",
-                since.elapsed().as_secs_f64()
-            ),
-            None => format!("{name} {otherwise}"),
-        };
+        let own = (*lock(&self.busy)).map(|Busy { call, since }| {
+            let running = since.elapsed().as_secs_f64();
+            format!("has been in {call} for {running:.1} s")
+        });
+        let why = own.or_else(|| self.waits_for_another());
+        let message = format!("{name} {}", why.as_deref().unwrap_or(otherwise));
         failure(FailureCode::Deadline, message)
     }
 
@@ -327,9 +364,11 @@ impl Component {
             message: status.message.clone(),
             sets: status.configuration.sets.clone(),
             active: status.configuration.active.clone(),
-            execution_kind: self.execution.name().to_owned(),
+            execution_kind: self.context.kind.name().to_owned(),
+            execution_context: self.context.info(self),
             timing: self.timing.info(),
-            rate: status.rate,
+            realtime: self.realtime.get().cloned(),
+            rate: self.context.rate(),
             executions: self.executions.load(Ordering::Relaxed),
             ports: self.module.port_infos(),
             connectors: Vec::new(),
@@ -350,12 +389,12 @@ impl Component {
 
     /// Asks its execution context for a cycle. False when that is not event-driven.
     pub fn wake(&self) -> bool {
-        if self.execution != Execution::EventDriven {
+        if self.context.kind != Execution::EventDriven {
             return false;
         }
         if !self.woken.swap(true, Ordering::AcqRel) {
             // Without room its thread has requests to obey, and looks after each.
-            let _ = self.commands.try_send(Order::Wake);
+            let _ = self.context.tell(Order::Wake);
         }
         true
     }

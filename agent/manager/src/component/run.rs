@@ -1,16 +1,19 @@
-//! The execution context: the one thread that runs a component, from its creation to its end.
+//! The thread of an execution context: it runs one or more components in their order, each from its creation to its end.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use rts_manager_api::control::{Failure, FailureCode};
+use rts_manager_api::control::{Failure, FailureCode, RealtimeRequest};
 
-use super::instance::{CallFailed, Instance};
+use super::context::WantedRate;
 use super::lifecycle::Transition;
-use super::steps::refusal;
-use super::{Action, Command, Component, Order, State};
+use super::member::Member;
+use super::spawn::check_rate;
+use super::{
+    Action, Change, Command, Component, ExecutionContext, Joining, Order, Reply, State, order,
+    realtime,
+};
 use crate::data::Parting;
 use crate::failure::{failure, invalid};
 use crate::log::Level;
@@ -18,176 +21,301 @@ use crate::manager::Manager;
 use crate::module::Execution;
 use crate::sync::lock;
 
-type Reply = SyncSender<Result<(), Failure>>;
-
-/// Runs a component until it is deleted. Tells `created` when it is initialised, or why not.
-pub fn run(
-    manager: &Manager,
-    component: &Arc<Component>,
-    commands: &Receiver<Order>,
-    created: &Reply,
-) {
-    let mut context = match Context::start(manager, component) {
-        Ok(context) => context,
-        Err(failure) => {
-            component.log.write(Level::Error, &failure.message);
-            manager.remove_component(component);
-            let message = format!("was not created: {}", failure.message);
-            if created.send(Err(failure)).is_err() {
-                manager.events.changed(component.target(), message);
-            }
-            return;
-        }
+/// Runs the components of an execution context until the last one is deleted. The first one waits among the orders.
+pub fn run(manager: &Manager, context: &ExecutionContext, orders: &Receiver<Order>) {
+    let mut runner = Runner {
+        manager,
+        context,
+        members: Vec::new(),
+        ran: false,
+        next: Instant::now(),
+        ended: false,
     };
-    if created.send(Ok(())).is_err() {
-        context.changed("was initialised after its deadline");
+    realtime::wake_in_time();
+    while !runner.ended {
+        runner.turn(orders);
     }
-    let deleted = context.serve(commands);
-    context.end(match deleted {
-        Some(_) => Parting::GoodBye,
-        None => Parting::Loss,
-    });
-    manager.remove_component(component);
-    component.log.write(Level::Info, "deleted");
-    let told = match deleted {
-        Some(deleted) if deleted.send(Ok(())).is_ok() => return,
-        Some(_) => "was deleted after its deadline",
-        None => "was deleted after the loss of a peer",
-    };
-    manager.events.changed(component.target(), told.to_owned());
 }
 
-/// The thread's own view of its component.
-pub struct Context<'a> {
-    /// The manager that holds it.
-    pub manager: &'a Manager,
-    /// Its visible part.
-    pub component: &'a Arc<Component>,
-    /// The instance.
-    pub instance: Instance,
-    /// Between two ticks.
-    pub period: Duration,
+/// The thread's own view of its execution context.
+struct Runner<'a> {
+    manager: &'a Manager,
+    context: &'a ExecutionContext,
+    /// In the order in which they run.
+    members: Vec<Member<'a>>,
+    /// One of them took part in cycles when that was last looked at.
+    ran: bool,
     /// The next tick.
-    pub next: Instant,
+    next: Instant,
+    /// The last of them has left.
+    ended: bool,
 }
 
-impl<'a> Context<'a> {
-    fn start(manager: &'a Manager, component: &'a Arc<Component>) -> Result<Self, Failure> {
-        let named = |e: CallFailed| refusal(component, &e);
-        let (configuration, rate) = {
-            let status = lock(&component.status);
-            (status.configuration.clone(), status.rate)
-        };
-        let mut instance = Instance::create(component).map_err(named)?;
-        for (name, value) in configuration.effective() {
-            instance.configure(name, value).map_err(named)?;
+impl<'a> Runner<'a> {
+    /// Waits for an order or the next cycle, and carries it out.
+    fn turn(&mut self, orders: &Receiver<Order>) {
+        let order = self.wait(orders);
+        self.attend();
+        match order {
+            Some(Order::Join(joining)) => self.join(joining),
+            Some(Order::Obey(command)) => self.obey(command),
+            Some(Order::Attend | Order::Wake) | None => {}
         }
-        let mut context = Self {
-            manager,
-            component,
-            instance,
-            period: period(rate),
-            next: Instant::now(),
-        };
-        context.transition(Transition::Initialize)?;
-        if let Err(failure) = context.transition(Transition::StartUp) {
-            let _ = context.transition(Transition::Finalize);
-            return Err(failure);
-        }
-        Ok(context)
-    }
-
-    /// Obeys requests and executes until it is to be deleted; returns where to report that, or none when the loss of a
-    /// peer is why.
-    fn serve(&mut self, orders: &Receiver<Order>) -> Option<Reply> {
-        loop {
-            let order = self.wait(orders);
-            if self.attend() {
-                return None;
-            }
-            if let Some(Order::Obey(command)) = order
-                && let Some(deleted) = self.obey(command)
-            {
-                return Some(deleted);
-            }
-            if self.attend() {
-                return None;
-            }
-            if self.is_due() {
-                self.cycle();
-            }
+        self.attend();
+        if self.is_due() {
+            self.cycle();
         }
     }
 
-    /// Waits for an order, or for the next cycle.
     fn wait(&self, orders: &Receiver<Order>) -> Option<Order> {
-        match self.component.execution {
+        match self.context.kind {
             Execution::Periodic if self.runs() => {
                 let left = self.next.saturating_duration_since(Instant::now());
                 orders.recv_timeout(left).ok()
             }
-            Execution::EventDriven if self.runs() && self.component.is_woken() => {
-                orders.try_recv().ok()
-            }
-            // The component itself holds the other end.
+            Execution::EventDriven if self.is_woken() => orders.try_recv().ok(),
+            // The execution context itself holds the other end.
             _ => orders.recv().ok(),
         }
     }
 
+    /// Whether one of them takes part in cycles.
     fn runs(&self) -> bool {
-        matches!(self.component.state(), State::Active | State::Error)
+        self.members.iter().any(Member::runs)
     }
 
-    /// Whether it is time for a cycle that nobody asked for by a request.
-    fn is_due(&self) -> bool {
-        self.runs()
-            && match self.component.execution {
-                Execution::Periodic => Instant::now() >= self.next,
-                Execution::EventDriven => self.component.take_wake(),
-                Execution::External => false,
-            }
+    fn is_woken(&self) -> bool {
+        let mut members = self.members.iter();
+        members.any(|member| member.runs() && member.component.is_woken())
+    }
+
+    /// Whether it is time for a cycle that nobody asked for by a request. The grid of ticks begins with the first that
+    /// runs.
+    fn is_due(&mut self) -> bool {
+        let runs = self.runs();
+        let begins = runs && !std::mem::replace(&mut self.ran, runs);
+        if begins {
+            self.next = Instant::now();
+        }
+        runs && match self.context.kind {
+            Execution::Periodic => Instant::now() >= self.next,
+            Execution::EventDriven => self.is_woken(),
+            Execution::External => false,
+        }
     }
 
     fn cycle(&mut self) {
         let start = Instant::now();
-        let planned = self.next;
-        let is_periodic = self.component.execution == Execution::Periodic;
-        if self.component.state() == State::Active {
-            self.component.executions.fetch_add(1, Ordering::Relaxed);
-            // A failure leads to Error, where it is told.
-            let _ = self
-                .transition(Transition::Execute)
-                .and_then(|()| self.transition(Transition::UpdateState));
-            let timing = &self.component.timing;
-            timing.execution.add(start.elapsed());
-            if is_periodic {
-                timing.jitter.add(start.saturating_duration_since(planned));
-            }
-        } else {
-            let _ = self.transition(Transition::Dwell);
+        order::cycle(&mut self.members);
+        if self.context.kind != Execution::Periodic {
+            return;
         }
-        if is_periodic {
-            let now = Instant::now();
-            if now >= planned + self.period {
-                self.component.timing.count_overrun();
-            }
-            self.next = next_tick(planned, now, self.period);
+        let (planned, now) = (self.next, Instant::now());
+        let period = period(self.context.rate());
+        let late = start.saturating_duration_since(planned);
+        for member in &self.members {
+            member.keep_time(late, now >= planned + period);
+        }
+        self.next = next_tick(planned, now, period);
+    }
+
+    /// Makes a component, unless who asked has given up.
+    fn join(&mut self, joining: Joining) {
+        let Joining {
+            component,
+            rate,
+            realtime,
+            deadline,
+            reply,
+        } = joining;
+        let made = match Instant::now() >= deadline {
+            true => Err(component.late("was busy until the request's deadline")),
+            false => self.add(&component, rate, realtime.as_ref()),
+        };
+        if let Err(failure) = &made {
+            component.log.write(Level::Error, &failure.message);
+            self.forget(&component);
+        }
+        let message = match &made {
+            Ok(()) => "was initialised after its deadline".to_owned(),
+            Err(failure) => format!("was not created: {}", failure.message),
+        };
+        if reply.send(made).is_err() {
+            self.manager.events.changed(component.target(), message);
         }
     }
 
-    /// Runs cycles for whoever drives it from outside.
-    fn tick(&mut self, cycles: u32, deadline: Instant) -> Result<(), Failure> {
-        let name = &self.component.identity.instance;
-        let execution = self.component.execution;
-        if execution != Execution::External {
+    fn add(
+        &mut self,
+        component: &Arc<Component>,
+        rate: WantedRate,
+        asked: Option<&RealtimeRequest>,
+    ) -> Result<(), Failure> {
+        if let Some(asked) = asked {
+            let others = self.members.iter().map(|member| &*member.component);
+            realtime::join(self.manager, component, asked, others)?;
+        }
+        let _ = self.change_rate(self.context.rate_with(rate), rate.said.is_some(), component);
+        let member = Member::start(self.manager, component)?;
+        self.members.push(member);
+        self.sort();
+        Ok(())
+    }
+
+    /// Brings them into the order of their places.
+    fn sort(&mut self) {
+        let context = self.context;
+        self.members
+            .sort_by_cached_key(|member| context.position(&member.component));
+    }
+
+    fn index(&self, component: &Arc<Component>) -> Option<usize> {
+        self.members.iter().position(|member| member.is(component))
+    }
+
+    /// Acts on the losses of peers. One that is to be stopped for it is deleted.
+    fn attend(&mut self) {
+        let mut index = 0;
+        while let Some(member) = self.members.get_mut(index) {
+            match member.attend() {
+                true => self.remove(index, None),
+                false => index += 1,
+            }
+        }
+    }
+
+    /// Deletes a component, for whoever waits for that or for the loss of a peer.
+    fn remove(&mut self, index: usize, reply: Option<Reply>) {
+        let member = self.members.remove(index);
+        let component = Arc::clone(&member.component);
+        member.end(match reply {
+            Some(_) => Parting::GoodBye,
+            None => Parting::Loss,
+        });
+        self.forget(&component);
+        component.log.write(Level::Info, "deleted");
+        let told = match reply {
+            Some(reply) if reply.send(Ok(())).is_ok() => return,
+            Some(_) => "was deleted after its deadline",
+            None => "was deleted after the loss of a peer",
+        };
+        let events = &self.manager.events;
+        events.changed(component.target(), told.to_owned());
+    }
+
+    fn forget(&mut self, component: &Arc<Component>) {
+        self.manager.remove_component(component);
+        self.ended = self.manager.contexts.leave(component);
+    }
+
+    /// Carries out one request, unless its sender has given up.
+    fn obey(&mut self, command: Command) {
+        let Command {
+            component,
+            action,
+            deadline,
+            reply,
+        } = command;
+        let Some(index) = self.index(&component) else {
+            let _ = reply.send(Err(component.gone()));
+            return;
+        };
+        if Instant::now() >= deadline {
+            // Without an answer its sender might take the component for deleted.
+            let late = component.late("was busy until the request's deadline");
+            let _ = reply.send(Err(late));
+            return;
+        }
+        let member = &mut self.members[index];
+        let result = match action {
+            Action::Activate => member.activate(),
+            Action::Deactivate { by_hand } => member.deactivate(by_hand),
+            Action::Reset => member.transition(Transition::Reset),
+            Action::Tick { cycles } => self.tick(&component, cycles, deadline),
+            Action::Configure { change, by_hand } => {
+                let done = self.configure(index, &change);
+                // What sets nothing that a person may have set leaves the mark.
+                if done.is_ok() && (change.sets_values() || by_hand.is_some()) {
+                    component.configured_by(by_hand);
+                }
+                done
+            }
+            Action::Delete => return self.remove(index, Some(reply)),
+        };
+        if reply.send(result).is_err() {
+            let state = component.state().name();
+            let message = format!("is {state}, after its request's deadline");
+            self.manager.events.changed(component.target(), message);
+        }
+    }
+
+    /// Changes values, active set, rate, policy and place in the order. Either all values are taken or none.
+    fn configure(&mut self, index: usize, change: &Change) -> Result<(), Failure> {
+        change.rate.map_or(Ok(()), check_rate)?;
+        let member = &mut self.members[index];
+        let any =
+            member.set_values(&change.sets, change.active.as_deref(), change.on_disconnect)?;
+        let component = Arc::clone(&member.component);
+        if let Some(number) = change.order {
+            self.context.reorder(&component, number);
+            self.sort();
+        }
+        let own = |member: &&mut Member<'_>| member.is(&component);
+        let rate = change
+            .rate
+            .map_or(Ok(()), |rate| self.change_rate(rate, true, &component));
+        let told = match self.members.iter_mut().find(own) {
+            Some(member) if any => member.transition(Transition::Configure),
+            _ => Ok(()),
+        };
+        rate.and(told)
+    }
+
+    /// Changes the rate for all. The new one holds even when `on_rate_changed` of one fails; that leads to Error, as in
+    /// OpenRTM-aist, so that a component which does not run as it should is not taken for one that does. Returns what
+    /// became of the one that was asked.
+    fn change_rate(
+        &mut self,
+        rate: f64,
+        said: bool,
+        asked: &Arc<Component>,
+    ) -> Result<(), Failure> {
+        let former = self.context.set_rate(rate, said);
+        if former == rate {
+            return Ok(());
+        }
+        self.next = self.next.min(Instant::now() + period(rate));
+        let mut result = Ok(());
+        for member in &mut self.members {
+            let line = format!("rate {former} Hz -> {rate} Hz");
+            member.component.log.write(Level::Info, &line);
+            let told = member.transition(Transition::ChangeRate);
+            if member.is(asked) {
+                result = told;
+            }
+        }
+        result
+    }
+
+    /// Runs cycles for whoever drives it from outside, for as long as the component that is named is Active.
+    fn tick(
+        &mut self,
+        component: &Arc<Component>,
+        cycles: u32,
+        deadline: Instant,
+    ) -> Result<(), Failure> {
+        let name = &component.identity.instance;
+        let kind = self.context.kind;
+        if kind != Execution::External {
             return Err(invalid(format!(
-                "{name} is run by its own execution context ({}); only one of the kind {} is ticked",
-                execution.name(),
+                "{name} is run by {} ({}); only one of the kind {} is ticked",
+                self.context.called(),
+                kind.name(),
                 Execution::External.name()
             )));
         }
         for done in 0..cycles {
-            let state = self.component.state();
+            let state = component.state();
             if state != State::Active {
                 let message = format!("{name} is {} after {done} of {cycles} cycles", state.name());
                 return Err(failure(FailureCode::ComponentFailed, message));
@@ -197,72 +325,29 @@ impl<'a> Context<'a> {
                 return Err(failure(FailureCode::Deadline, message));
             }
             self.cycle();
-            let stops = lock(&self.component.loss).is_some();
+            let stops = lock(&component.loss).is_some();
             if stops && done + 1 < cycles {
                 let message = format!("{name} lost a peer after {} of {cycles} cycles", done + 1);
                 return Err(failure(FailureCode::ComponentFailed, message));
             }
+            if !stops {
+                self.attend();
+            }
         }
-        match self.component.state() {
+        match component.state() {
             State::Active => Ok(()),
             state => {
-                let reason = lock(&self.component.status).message.clone();
+                let reason = lock(&component.status).message.clone();
                 let reason = reason.map_or(String::new(), |reason| format!(": {reason}"));
                 let message = format!("{name} went to {}{reason}", state.name());
                 Err(failure(FailureCode::ComponentFailed, message))
             }
         }
     }
-
-    /// Carries out one request, unless its sender has given up. Returns the reply's way when it is to be deleted.
-    fn obey(&mut self, command: Command) -> Option<Reply> {
-        if Instant::now() >= command.deadline {
-            // Without an answer its sender might take the component for deleted.
-            let late = self.component.late("was busy until the request's deadline");
-            let _ = command.reply.send(Err(late));
-            return None;
-        }
-        let result = match command.action {
-            Action::Activate => self.activate(),
-            Action::Deactivate { by_hand } => self.deactivate(by_hand),
-            Action::Reset => self.transition(Transition::Reset),
-            Action::Tick { cycles } => self.tick(cycles, command.deadline),
-            Action::Configure {
-                sets,
-                active,
-                rate,
-                on_disconnect,
-                by_hand,
-            } => {
-                // What sets nothing that a person may have set leaves the mark.
-                let sets_values = !sets.is_empty() || active.is_some();
-                let done = self.configure(&sets, active.as_deref(), rate, on_disconnect);
-                if done.is_ok() && (sets_values || by_hand.is_some()) {
-                    self.component.configured_by(by_hand);
-                }
-                done
-            }
-            Action::Delete => return Some(command.reply),
-        };
-        if command.reply.send(result).is_err() {
-            let state = self.component.state().name();
-            self.changed(&format!("is {state}, after its request's deadline"));
-        }
-        None
-    }
-
-    /// Takes the component down. What fails on the way is logged and goes on.
-    fn end(mut self, parting: Parting) {
-        // A failing on_deactivated leads to Error, which is as good a state to finalise from.
-        let _ = self.transition(Transition::Deactivate);
-        self.manager.detach(self.component, parting);
-        let _ = self.transition(Transition::ShutDown);
-        let _ = self.transition(Transition::Finalize);
-    }
 }
 
 /// Time between two ticks.
-pub fn period(rate: f64) -> Duration {
+fn period(rate: f64) -> Duration {
     Duration::from_secs_f64(1.0 / rate)
 }
 

@@ -1,9 +1,9 @@
-//! Making a component: its visible part first, then its thread.
+//! Making a component: its visible part first, then it joins its execution context.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::Instant;
 
@@ -12,8 +12,10 @@ use rts_manager_api::control::{ByHandInfo, CreateRequest, Failure};
 use rts_schemas::names::instance_name_problem;
 use rts_schemas::system::rate_problem;
 
+use super::context::{NewOrders, WantedRate};
 use super::{
-    Component, Configuration, Identity, Pending, PortEnd, State, Status, Timing, policy, run,
+    Component, Configuration, Identity, Joining, Order, Pending, PortEnd, State, Status, Timing,
+    policy, run,
 };
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
@@ -21,9 +23,6 @@ use crate::failure::{internal, invalid};
 use crate::log_file::LogFile;
 use crate::manager::Manager;
 use crate::module::{Direction, Execution, Module};
-
-/// Requests that may wait for one component.
-const COMMANDS: usize = 128;
 
 /// Makes a component, makes it known under its name, and waits until it is initialised.
 pub fn spawn(
@@ -37,8 +36,7 @@ pub fn spawn(
     let configuration = Configuration::new(&module.parameters)
         .updated(&request.sets, request.active.as_deref(), &module.limits)
         .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
-    let rate = request.rate.unwrap_or(module.default_rate);
-    check_rate(rate)?;
+    check_rate(request.rate.unwrap_or(module.default_rate))?;
     let on_disconnect = request.on_disconnect.as_deref().map(policy).transpose()?;
     let log = LogFile::open(Path::new(&request.log_path)).map_err(|e| {
         internal(format!(
@@ -46,30 +44,35 @@ pub fn spawn(
             request.log_path, request.instance
         ))
     })?;
-    let (commands, received) = sync_channel(COMMANDS);
-    let component = Arc::new(Component {
-        identity: identity(request),
-        execution,
-        ports: module.ports.iter().map(port_end).collect(),
-        module,
-        status: Mutex::new(Status {
-            state: State::Created,
-            message: None,
-            configuration,
-            rate,
-            on_disconnect: on_disconnect.unwrap_or_default(),
-            by_hand: ByHandInfo::default(),
-            leaving: false,
-        }),
-        busy: Mutex::default(),
-        executions: AtomicU64::new(0),
-        timing: Timing::default(),
-        woken: AtomicBool::new(false),
-        log,
-        commands,
-        loss: Mutex::default(),
-        wiring: Mutex::default(),
-    });
+    let wanted = WantedRate {
+        said: request.rate,
+        default: module.default_rate,
+    };
+    let shared = request.execution_context.as_deref();
+    let (component, orders) = manager
+        .contexts
+        .seat(shared, execution, wanted, |context| Component {
+            identity: identity(request),
+            context,
+            ports: module.ports.iter().map(port_end).collect(),
+            module,
+            status: Mutex::new(Status {
+                state: State::Created,
+                message: None,
+                configuration,
+                on_disconnect: on_disconnect.unwrap_or_default(),
+                by_hand: ByHandInfo::default(),
+                leaving: false,
+            }),
+            busy: Mutex::default(),
+            executions: AtomicU64::new(0),
+            timing: Timing::default(),
+            realtime: OnceLock::new(),
+            woken: AtomicBool::new(false),
+            log,
+            loss: Mutex::default(),
+            wiring: Mutex::default(),
+        })?;
     if execution == Execution::EventDriven {
         for port in component.in_ports() {
             let component = Arc::downgrade(&component);
@@ -80,24 +83,49 @@ pub fn spawn(
             });
         }
     }
-    manager.add_component(&component)?;
-
     let (reply, answer) = sync_channel(1);
-    let spawned = thread::Builder::new()
-        .name(request.instance.clone())
-        .spawn({
-            let (manager, component) = (Arc::clone(manager), Arc::clone(&component));
-            move || run::run(&manager, &component, &received, &reply)
-        });
-    if let Err(error) = spawned {
-        manager.remove_component(&component);
-        return Err(internal(format!(
-            "no thread for {}: {error}",
-            request.instance
-        )));
+    let joining = Joining {
+        component: Arc::clone(&component),
+        rate: wanted,
+        realtime: request.realtime.clone(),
+        deadline,
+        reply,
+    };
+    join(manager, joining, orders)?;
+    let made = component.wait(&Pending { answer, deadline });
+    made.map(|()| component.identity.incarnation.clone())
+}
+
+/// Makes a component known and hands it to its execution context, which gets its thread with the first one.
+fn join(manager: &Arc<Manager>, joining: Joining, orders: NewOrders) -> Result<(), Failure> {
+    let component = &Arc::clone(&joining.component);
+    let handed = manager.add_component(component).and_then(|()| {
+        component.tell(Order::Join(joining))?;
+        orders.map_or(Ok(()), |orders| start(manager, component, orders))
+    });
+    if let Err(failure) = handed {
+        manager.remove_component(component);
+        manager.contexts.leave(component);
+        return Err(failure);
     }
-    component.wait(&Pending { answer, deadline })?;
-    Ok(component.identity.incarnation.clone())
+    Ok(())
+}
+
+/// Starts the thread of an execution context: the only place where one is started.
+fn start(
+    manager: &Arc<Manager>,
+    component: &Arc<Component>,
+    orders: Receiver<Order>,
+) -> Result<(), Failure> {
+    let context = Arc::clone(&component.context);
+    let instance = &component.identity.instance;
+    let name = context.name.as_ref().unwrap_or(instance).clone();
+    let manager = Arc::clone(manager);
+    let run = move || run::run(&manager, &context, &orders);
+    let spawned = thread::Builder::new().name(name).spawn(run);
+    spawned
+        .map(drop)
+        .map_err(|e| internal(format!("no thread for {instance}: {e}")))
 }
 
 fn check(request: &CreateRequest) -> Result<(), Failure> {
@@ -144,6 +172,10 @@ fn identity(request: &CreateRequest) -> Identity {
         recreate_hash: request.recreate_hash.clone(),
         restarts: request.restarts,
         created: format!("{:.3}", Timestamp::now()),
+        shared_state: request
+            .execution_context
+            .as_ref()
+            .and_then(|shared| shared.shared_state.clone()),
     }
 }
 

@@ -1,6 +1,6 @@
-//! What the execution context does with a request: transitions of the life cycle, and configuration.
+//! What becomes of a component by a request or a cycle: transitions of the life cycle, and configuration.
 
-use std::time::Instant;
+use std::sync::Arc;
 
 use rts_manager_api::control::{Failure, FailureCode};
 use rts_runtime::abi::return_code;
@@ -9,17 +9,17 @@ use rts_schemas::system::OnDisconnect;
 use super::configuration::Sets;
 use super::instance::CallFailed;
 use super::lifecycle::{Transition, Verdict, verdict};
-use super::run::{Context, period};
-use super::spawn::check_rate;
+use super::member::Member;
 use super::{Component, State};
 use crate::failure::{failure, invalid};
 use crate::log::Level;
 use crate::sync::lock;
 
-impl Context<'_> {
+impl Member<'_> {
     pub fn transition(&mut self, transition: Transition) -> Result<(), Failure> {
-        let name = &self.component.identity.instance;
-        let state = self.component.state();
+        let component = Arc::clone(&self.component);
+        let name = &component.identity.instance;
+        let state = component.state();
         let (number, then, otherwise) = match verdict(state, transition) {
             Verdict::Already => return Ok(()),
             Verdict::Refused(why) => return Err(self.refused(why)),
@@ -43,7 +43,6 @@ impl Context<'_> {
                 }
                 if then != state {
                     self.enter(then, None);
-                    self.next = Instant::now();
                 }
                 Ok(())
             }
@@ -133,15 +132,13 @@ impl Context<'_> {
             .changed(self.component.target(), message.to_owned());
     }
 
-    /// Changes values, active set, rate and policy. Either all values are taken or none.
-    pub fn configure(
+    /// Changes values, active set and policy. Either all values are taken or none. True when a value in force is another.
+    pub fn set_values(
         &mut self,
         sets: &Sets,
         active: Option<&str>,
-        rate: Option<f64>,
         on_disconnect: Option<OnDisconnect>,
-    ) -> Result<(), Failure> {
-        rate.map_or(Ok(()), check_rate)?;
+    ) -> Result<bool, Failure> {
         let old = lock(&self.component.status).configuration.clone();
         let new = old
             .updated(sets, active, &self.component.module.limits)
@@ -157,7 +154,7 @@ impl Context<'_> {
                 for (name, former) in taken {
                     let _ = self.instance.configure(name, former);
                 }
-                return Err(refusal(self.component, &error));
+                return Err(refusal(&self.component, &error));
             }
             taken.extend(former.map(|former| (name, former)));
             self.component
@@ -165,33 +162,10 @@ impl Context<'_> {
                 .write(Level::Info, &format!("configured {name} = {value}"));
         }
         let any = before != new.effective();
-        {
-            let mut status = lock(&self.component.status);
-            status.configuration = new;
-            status.on_disconnect = on_disconnect.unwrap_or(status.on_disconnect);
-        }
-        let rate = rate.map_or(Ok(()), |rate| self.set_rate(rate));
-        let told = if any {
-            self.transition(Transition::Configure)
-        } else {
-            Ok(())
-        };
-        rate.and(told)
-    }
-
-    /// Changes the rate. The new one holds even when `on_rate_changed` fails; that leads to Error, as in OpenRTM-aist, so
-    /// that a component which does not run as it should is not taken for one that does.
-    fn set_rate(&mut self, rate: f64) -> Result<(), Failure> {
-        let former = std::mem::replace(&mut lock(&self.component.status).rate, rate);
-        if former == rate {
-            return Ok(());
-        }
-        self.period = period(rate);
-        self.next = self.next.min(Instant::now() + self.period);
-        self.component
-            .log
-            .write(Level::Info, &format!("rate {former} Hz -> {rate} Hz"));
-        self.transition(Transition::ChangeRate)
+        let mut status = lock(&self.component.status);
+        status.configuration = new;
+        status.on_disconnect = on_disconnect.unwrap_or(status.on_disconnect);
+        Ok(any)
     }
 }
 

@@ -5,6 +5,9 @@ use std::time::Duration;
 
 use rts_manager_api::control::{DurationInfo, TimingInfo};
 
+use crate::data::rate::Rate;
+use crate::data::sample::now;
+
 /// Buckets of one doubling.
 const PARTS: usize = 4;
 /// Doublings of a nanosecond: the last one begins at 34 s.
@@ -14,13 +17,20 @@ const DOUBLINGS: usize = 36;
 #[derive(Debug, Default)]
 pub struct Timing {
     /// How long cycles took.
-    pub execution: Histogram,
+    execution: Histogram,
     /// How late periodic ones began.
     pub jitter: Histogram,
     overruns: AtomicU64,
+    reached: Rate,
 }
 
 impl Timing {
+    /// A cycle is over that took this long.
+    pub fn ran(&self, took: Duration) {
+        self.execution.add(took);
+        self.reached.count(now());
+    }
+
     /// A cycle was not over when the next one was due.
     pub fn count_overrun(&self) {
         self.overruns.fetch_add(1, Ordering::Relaxed);
@@ -30,6 +40,7 @@ impl Timing {
     pub fn info(&self) -> Option<TimingInfo> {
         Some(TimingInfo {
             overruns: self.overruns.load(Ordering::Relaxed),
+            reached: Some(self.reached.at(now())),
             execution: self.execution.info()?,
             jitter: self.jitter.info(),
         })
@@ -76,6 +87,8 @@ impl Histogram {
                 seen += count;
                 seen >= wanted
             });
+            // The last doubling has all that is longer, too.
+            let found = found.filter(|index| index / PARTS + 1 < DOUBLINGS);
             found.map_or(most, |index| end(index).min(most))
         };
         let doublings = counts.chunks(PARTS).map(|parts| parts.iter().sum::<u64>());
@@ -87,6 +100,7 @@ impl Histogram {
             count: total,
             median: below(0.5),
             p99: below(0.99),
+            p999: below(0.999),
             max: most,
             buckets: buckets.collect(),
         })
@@ -132,9 +146,9 @@ mod tests {
         let timing = Timing::default();
         assert_eq!(timing.info(), None);
         for us in 1..=100 {
-            timing.execution.add(Duration::from_micros(us));
+            timing.ran(Duration::from_micros(us));
         }
-        timing.execution.add(Duration::from_secs(1000));
+        timing.ran(Duration::from_secs(1000));
         timing.count_overrun();
         let info = timing.info().unwrap();
         assert_eq!((info.overruns, info.jitter), (1, None));
@@ -146,6 +160,7 @@ mod tests {
             shown.median
         );
         assert!((99_000..=125_000).contains(&shown.p99), "{}", shown.p99);
+        assert_eq!(shown.p999, shown.max);
         assert_eq!(shown.buckets.first(), Some(&(1024, 1)));
         assert_eq!(
             shown.buckets.iter().map(|(_, count)| count).sum::<u64>(),

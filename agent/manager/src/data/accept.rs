@@ -1,75 +1,152 @@
 //! Deciding on a data connection at its in-port end, and serving it.
 
+use std::io;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rts_host::identity::boot_id;
 use rts_manager_api::control::Failure;
 use rts_manager_api::data::{DataHello, DataReply};
-use rts_manager_api::frame;
+use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::Timed;
+use rts_schemas::connector::ConnectorSettings;
+use rts_transport::{Kind, Receiver, unix};
 
 use super::binding::{Bindings, End};
+use super::meet::Place;
 use super::receive::receive;
-use super::sender::Agreed;
 use super::settings;
-use super::{ENCODING, Ended};
+use super::source::Source;
+use super::{ENCODING, Ended, of_version_1};
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
 use crate::manager::Manager;
 
-/// Time for the reply to leave.
+/// Time for the replies to leave, and for the other end to make its part of a transport.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// An end that a source has come to.
+struct Opened {
+    end: Arc<End>,
+    source: Arc<Source>,
+    receiver: Box<dyn Receiver>,
+}
+
 /// Serves a data connection until it ends.
-pub fn serve(stream: &UnixStream, hello: &DataHello, manager: &Manager) {
-    let events = &manager.events;
-    let opened = check(hello, &manager.bindings).and_then(|end| {
-        let closer = stream
-            .try_clone()
-            .map_err(|e| internal(format!("the connection cannot be kept: {e}")))?;
-        let settings = settings(&hello.properties)?;
-        let source = end.open(Some(closer), settings, None, events)?;
-        Ok((end, source))
-    });
-    let reply = DataReply {
-        result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
-        good_bye: true,
-        pull: true,
-        stamped: hello.stamped,
-    };
-    let mut timed = Timed::new(stream, Instant::now() + PATIENCE);
-    let sent = frame::write_answer(&mut timed, &reply);
-    let Ok((end, source)) = opened else {
+pub fn serve(stream: UnixStream, hello: &DataHello, manager: &Manager) {
+    let Some((mut opened, told)) = open(stream, hello, manager) else {
         return;
     };
-    let agreed = sent
-        .map_err(|e| e.to_string())
-        .and_then(|()| stream.set_read_timeout(None).map_err(|e| e.to_string()));
-    let ended = match &agreed {
-        Ok(()) => {
-            let agreed = Agreed {
-                good_bye: hello.good_bye,
-                stamped: hello.stamped,
-            };
-            receive(stream, &end.port, &source, agreed)
-        }
-        Err(reason) => Ended::Lost(reason.clone()),
+    let (end, source) = (&opened.end, &opened.source);
+    let has_common_clock = hello.clock.is_some() && hello.clock == boot_id();
+    let ended = match &told {
+        Ok(()) => receive(&mut *opened.receiver, &end.port, source, has_common_clock),
+        Err(error) => Ended::Lost(error.to_string()),
     };
-    if !end.port.close(&source, ended.parting()) {
+    let ended = match hello.transport {
+        Some(_) => ended,
+        None => of_version_1(ended),
+    };
+    if !end.port.close(source, ended.parting()) {
         return;
     }
     if let Ended::Lost(reason) = &ended {
-        log::warn(format_args!("connector {}: {reason}", hello.connector));
+        log::warn(format_args!(
+            "connector {}: its source is lost: {reason}",
+            hello.connector
+        ));
     }
-    events.changed(
+    manager.events.changed(
         format!("connector/{}", hello.connector),
         format!("its source {} has gone", hello.source),
     );
     // One that never was agreed on is lost to nobody.
-    if agreed.is_ok() && matches!(ended, Ended::Lost(_)) {
+    if told.is_ok() && matches!(ended, Ended::Lost(_)) {
         manager.lose(&hello.instance, &hello.connector);
     }
+}
+
+/// Agrees with the other end, or refuses it; what became of the last word to it.
+fn open(
+    stream: UnixStream,
+    hello: &DataHello,
+    manager: &Manager,
+) -> Option<(Opened, Result<(), FrameError>)> {
+    let until = Instant::now() + PATIENCE;
+    let answer = match stream.try_clone() {
+        Ok(answer) => answer,
+        Err(error) => {
+            log::warn(format_args!("a data connection cannot be kept: {error}"));
+            return None;
+        }
+    };
+    let opened = agree(stream, hello, manager, |reply| {
+        frame::write_answer(&mut Timed::new(&answer, until), reply)
+    });
+    let reply = DataReply {
+        result: opened.as_ref().map(|_| ()).map_err(Failure::clone),
+        ..DataReply::default()
+    };
+    let told = frame::write_answer(&mut Timed::new(&answer, until), &reply);
+    Some((opened.ok()?, told))
+}
+
+/// Checks, says what comes, and makes this end of the transport. An end of version 1 has its transport already.
+fn agree(
+    stream: UnixStream,
+    hello: &DataHello,
+    manager: &Manager,
+    tell: impl Fn(&DataReply) -> Result<(), FrameError>,
+) -> Result<Opened, Failure> {
+    let end = check(hello, &manager.bindings)?;
+    let settings = settings(&hello.properties)?;
+    let receiver: Box<dyn Receiver> = match &hello.transport {
+        None => Box::new(unix::plain_receiver(stream).map_err(|e| cannot_be_kept(&e))?),
+        Some(name) => {
+            let kind: Kind = name
+                .parse()
+                .map_err(|e| invalid(format!("{}.{}: {e}", hello.instance, hello.port)))?;
+            let place = (kind == Kind::Tcp).then(Place::new).transpose();
+            let place = place.map_err(|e| cannot_be_kept(&e))?;
+            let reply = DataReply {
+                transport: hello.transport.clone(),
+                meeting: place.as_ref().map(|place| place.meeting.clone()),
+                ..DataReply::default()
+            };
+            tell(&reply).map_err(|e| cannot_be_kept(&e))?;
+            let made = make(stream, kind, place);
+            made.map_err(|e| internal(format!("no end of the transport {kind}: {e}")))?
+        }
+    };
+    opened(end, receiver, settings, manager)
+}
+
+fn opened(
+    end: Arc<End>,
+    receiver: Box<dyn Receiver>,
+    settings: ConnectorSettings,
+    manager: &Manager,
+) -> Result<Opened, Failure> {
+    let source = end.open(Some(receiver.handle()), settings, None, &manager.events)?;
+    Ok(Opened {
+        end,
+        source,
+        receiver,
+    })
+}
+
+fn cannot_be_kept(error: &dyn std::error::Error) -> Failure {
+    internal(format!("the connection cannot be kept: {error}"))
+}
+
+/// This end of a transport that both have agreed on.
+fn make(stream: UnixStream, kind: Kind, place: Option<Place>) -> io::Result<Box<dyn Receiver>> {
+    let socket = match place {
+        Some(place) => place.wait(Instant::now() + PATIENCE)?.into(),
+        None => stream.into(),
+    };
+    kind.receiver(socket)
 }
 
 /// The end that the greeting means, when it may connect to it.

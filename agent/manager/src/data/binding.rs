@@ -1,12 +1,12 @@
 //! In-port ends that wait for, or have, their connector.
 
 use std::collections::BTreeMap;
-use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::{Binding, BindingInfo, Failure};
 
 use rts_schemas::connector::ConnectorSettings;
+use rts_transport::Handle;
 
 use super::Parting;
 use super::in_port::InPort;
@@ -52,7 +52,7 @@ impl End {
     /// Takes a new source in; the newest wins, the former one is closed. Refused when the end was removed.
     pub fn open(
         &self,
-        stream: Option<UnixStream>,
+        transport: Option<Handle>,
         settings: ConnectorSettings,
         outbox: Option<Arc<Outbox>>,
         events: &Events,
@@ -64,7 +64,7 @@ impl End {
                 self.binding.instance, self.binding.port, self.binding.connector
             )));
         }
-        let source = Arc::new(Source::new(stream, settings, outbox));
+        let source = Arc::new(Source::new(transport, settings, outbox));
         self.port.open(&source);
         let former = link.source.replace(Arc::clone(&source));
         drop(link);

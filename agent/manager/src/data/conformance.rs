@@ -1,32 +1,27 @@
-//! What every connector does, inside a process and over a socket: its subscription types, push policies and buffer policies.
+//! What every connector does, inside a process and over every transport: its subscription types, push policies and buffer policies.
 
 use std::collections::BTreeMap;
-use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{Binding, ConnectRequest};
+use rts_transport::Kind;
 
 use super::binding::End;
 use super::connector::{Connector, Link};
+use super::ends::pair;
 use super::in_port::InPort;
 use super::out_port::OutPort;
 use super::receive::receive;
 use super::sample::{Read, Written};
-use super::sender::{Agreed, Sender};
+use super::sender::Sender;
 use super::source::Source;
 use super::{Parting, Payload, direct, settings};
 use crate::events::Events;
 use crate::slots::Slots;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Transport {
-    Direct,
-    Socket,
-}
-
-const ALL: [Transport; 2] = [Transport::Direct, Transport::Socket];
+const ALL: [Kind; 4] = Kind::ALL;
 
 /// A connector and its in-port end.
 struct Made {
@@ -34,12 +29,7 @@ struct Made {
     source: Arc<Source>,
 }
 
-fn make(
-    out: &OutPort,
-    port: &Arc<InPort>,
-    transport: Transport,
-    properties: &[(&str, &str)],
-) -> Made {
+fn make(out: &OutPort, port: &Arc<InPort>, transport: Kind, properties: &[(&str, &str)]) -> Made {
     let own = |(name, value): &(&str, &str)| (format!("dataport.{name}"), (*value).to_owned());
     let properties: BTreeMap<_, _> = properties.iter().map(own).collect();
     let settings = settings(&properties).unwrap();
@@ -59,6 +49,7 @@ fn make(
             target_port: "in".to_owned(),
             target_socket: None,
             target_incarnation: "i".to_owned(),
+            between_nodes: false,
             properties,
             by_hand: None,
         },
@@ -66,7 +57,7 @@ fn make(
         false,
     );
     let (link, source) = match transport {
-        Transport::Direct => {
+        Kind::InProcess => {
             let link = direct::link(&end, settings, &Slots::new(8), &events).unwrap();
             let Link::Direct { source, .. } = &link else {
                 panic!("{link:?}");
@@ -74,29 +65,23 @@ fn make(
             let source = Arc::clone(source);
             (link, source)
         }
-        Transport::Socket => {
-            let (ours, theirs) = UnixStream::pair().unwrap();
-            let closer = theirs.try_clone().unwrap();
-            let source = end
-                .open(Some(closer), settings.clone(), None, &events)
-                .unwrap();
-            let agreed = Agreed {
-                good_bye: true,
-                stamped: true,
-            };
+        kind => {
+            let (agreed, mut receiver) = pair(kind);
+            let handle = Some(receiver.handle());
+            let source = end.open(handle, settings.clone(), None, &events).unwrap();
             thread::spawn({
                 let (port, source) = (Arc::clone(port), Arc::clone(&source));
                 move || {
-                    let ended = receive(&theirs, &port, &source, agreed);
+                    let ended = receive(&mut *receiver, &port, &source, true);
                     port.close(&source, ended.parting());
                 }
             });
-            let sender = Arc::new(Sender::new(ours, agreed, &settings).unwrap());
-            (Link::Socket(sender), source)
+            let sender = Arc::new(Sender::new(agreed, &settings).unwrap());
+            (Link::Between(sender), source)
         }
     };
     let sender = match &link {
-        Link::Socket(sender) => Some(Arc::clone(sender)),
+        Link::Between(sender) => Some(Arc::clone(sender)),
         _ => None,
     };
     assert!(connector.establish(link));
@@ -110,7 +95,7 @@ fn make(
 }
 
 /// One connector between two ports.
-fn one(transport: Transport, properties: &[(&str, &str)]) -> (Arc<OutPort>, Arc<InPort>, Made) {
+fn one(transport: Kind, properties: &[(&str, &str)]) -> (Arc<OutPort>, Arc<InPort>, Made) {
     let (out, port) = ports();
     let made = make(&out, &port, transport, properties);
     (out, port, made)
@@ -169,7 +154,6 @@ fn read_to(port: &InPort, last: u64) -> Vec<u64> {
     read
 }
 
-/// Waits until so many samples have arrived, or were refused on arrival.
 /// Waits until so many samples were taken in or refused.
 fn arrived(port: &InPort, refused: impl Fn() -> u64, count: u64) {
     until("samples arrive", || port.arrivals() + refused() >= count);
@@ -224,7 +208,7 @@ fn a_full_in_port_overwrites_or_refuses() {
             until("all have arrived", || made.source.counts().drops == 7);
             assert_eq!(callback(&port), expected, "{transport:?} {policy:?}");
             // The writer hears of it when the buffer is in its own process.
-            let refused = policy.1 == "do_nothing" && transport == Transport::Direct;
+            let refused = policy.1 == "do_nothing" && transport == Kind::InProcess;
             let count = written
                 .iter()
                 .filter(|w| **w == Written::BufferFull)
@@ -275,14 +259,17 @@ fn a_wait_for_room_ends_at_its_time_out() {
         arrived(&port, || made.source.counts().drops, 3);
         assert_eq!(made.source.counts().drops, 2, "{transport:?}");
         assert_eq!(callback(&port), [1]);
-        if transport == Transport::Direct {
+        if transport == Kind::InProcess {
             let expected = [Written::Taken, Written::TimedOut, Written::TimedOut];
             assert_eq!(written, expected);
         }
     }
 }
 
-/// Samples too large for a socket to take many of.
+/// So many of them are more than a kernel keeps on the way.
+const MANY: u64 = 40;
+
+/// Samples too large for a transport to take many of.
 fn large(number: u64) -> Payload {
     let mut payload = vec![0; 1 << 20];
     payload[..8].copy_from_slice(&number.to_be_bytes());
@@ -302,7 +289,7 @@ fn a_blocked_writer_is_let_go_by_the_end_and_holds_no_other_connector() {
         let first = make(&out, &stuck, transport, &blocking);
         let second = make(&out, &free, transport, &[]);
         let writer = background(&out, |out| {
-            let writes = (1..=8).map(|number| out.write(&large(number)));
+            let writes = (1..=MANY).map(|number| out.write(&large(number)));
             writes.max().unwrap()
         });
         until("the writer waits", || first.connector.holds_its_writer());
@@ -315,7 +302,7 @@ fn a_blocked_writer_is_let_go_by_the_end_and_holds_no_other_connector() {
         assert_eq!(out.connectors().len(), 3);
         first.connector.close(Parting::GoodBye);
         assert_eq!(joins(writer), Written::Taken);
-        read_to(&free, 8);
+        read_to(&free, MANY);
         for made in [second, third] {
             made.connector.close(Parting::GoodBye);
             until("its end is seen", || !made.source.is_open());
@@ -457,7 +444,7 @@ fn a_reader_that_pulls_fetches_what_waits_at_the_out_port() {
         assert_eq!(callback(&port), [1, 2, 3, 4, 5], "{transport:?}");
         assert!(callback(&port).is_empty());
         port.begin();
-        assert_eq!(port.is_new(), transport == Transport::Socket, "may be");
+        assert_eq!(port.is_new(), transport != Kind::InProcess, "may be");
         let counts = made.source.counts();
         assert_eq!((counts.received, counts.drops, counts.gaps), (5, 0, 0));
 

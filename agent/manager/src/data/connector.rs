@@ -6,7 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use rts_manager_api::control::{ConnectRequest, ConnectorInfo};
+use rts_transport::Kind;
 
+use super::choose::name;
 use super::in_port::InPort;
 use super::outbox::Outbox;
 use super::rate::Rate;
@@ -25,6 +27,7 @@ pub struct Connector {
     /// The one whose place it takes had lost its other end.
     pub replaces_lost: bool,
     link: Mutex<Link>,
+    transport: Mutex<Option<Kind>>,
     sent: AtomicU64,
     bytes: AtomicU64,
     drops: AtomicU64,
@@ -52,8 +55,8 @@ pub enum Link {
         /// Where samples wait for a publisher, or for a reader that fetches; without it they are handed over at once.
         outbox: Option<Arc<Outbox>>,
     },
-    /// Over a socket.
-    Socket(Arc<Sender>),
+    /// In another process.
+    Between(Arc<Sender>),
     /// It ended, and how.
     Closed(Parting),
 }
@@ -63,7 +66,15 @@ impl Link {
         match self {
             Self::Connecting | Self::Closed(_) => false,
             Self::Direct { source, .. } => source.is_open(),
-            Self::Socket(_) => true,
+            Self::Between(_) => true,
+        }
+    }
+
+    fn transport(&self) -> Option<Kind> {
+        match self {
+            Self::Connecting | Self::Closed(_) => None,
+            Self::Direct { .. } => Some(Kind::InProcess),
+            Self::Between(sender) => Some(sender.kind),
         }
     }
 
@@ -73,7 +84,7 @@ impl Link {
             Self::Direct { port, source, .. } => {
                 port.close(source, parting);
             }
-            Self::Socket(sender) => sender.close(parting),
+            Self::Between(sender) => sender.close(parting),
         }
     }
 }
@@ -86,6 +97,7 @@ impl Connector {
             request,
             replaces_lost,
             link: Mutex::new(Link::Connecting),
+            transport: Mutex::default(),
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             drops: AtomicU64::new(0),
@@ -97,6 +109,7 @@ impl Connector {
     pub fn establish(&self, link: Link) -> bool {
         let mut current = lock(&self.link);
         if matches!(*current, Link::Connecting) {
+            *lock(&self.transport) = link.transport();
             *current = link;
             true
         } else {
@@ -126,7 +139,7 @@ impl Connector {
         let sequence = self.sent.fetch_add(1, Ordering::Release) + 1;
         let sample = Sample {
             sequence,
-            written,
+            time: written,
             payload: payload.clone(),
         };
         let (offered, drops) = match &link {
@@ -136,7 +149,7 @@ impl Connector {
                 ..
             } => outbox.offer(sample),
             Link::Direct { port, source, .. } => (port.offer(source, sample), 0),
-            Link::Socket(sender) => sender.offer(sample),
+            Link::Between(sender) => sender.offer(sample),
         };
         self.drops.fetch_add(drops, Ordering::Relaxed);
         offered.map_err(|sample| Full { link, sample })
@@ -157,7 +170,7 @@ impl Connector {
                 outbox: Some(outbox),
                 ..
             } => outbox,
-            Link::Socket(sender) => &sender.outbox,
+            Link::Between(sender) => &sender.outbox,
         };
         let written = outbox.wait(sample, began);
         if written != Written::Taken {
@@ -178,7 +191,7 @@ impl Connector {
                 outbox: Some(outbox),
                 ..
             } => outbox.has_sleepers(),
-            Link::Socket(sender) => sender.outbox.has_sleepers(),
+            Link::Between(sender) => sender.outbox.has_sleepers(),
         }
     }
 
@@ -197,7 +210,7 @@ impl Connector {
         match &*lock(&self.link) {
             Link::Connecting => "Connecting",
             Link::Direct { source, .. } if source.is_open() => "Connected",
-            Link::Socket(_) => "Connected",
+            Link::Between(_) => "Connected",
             Link::Direct { .. } | Link::Closed(_) => "Disconnected",
         }
     }
@@ -207,17 +220,19 @@ impl Connector {
         match &*lock(&self.link) {
             Link::Connecting => self.replaces_lost,
             Link::Direct { source, .. } => source.is_lost(),
-            Link::Socket(_) => false,
+            Link::Between(_) => false,
             Link::Closed(parting) => *parting == Parting::Loss,
         }
     }
 
+    /// True when both ends are, or were, in this process and need no transport.
+    pub fn is_direct(&self) -> bool {
+        *lock(&self.transport) == Some(Kind::InProcess)
+    }
+
     /// What the inventory shows.
     pub fn info(&self) -> ConnectorInfo {
-        let transport = match self.request.target_socket {
-            None => "direct",
-            Some(_) => "uds",
-        };
+        let transport = lock(&self.transport).map_or("", name);
         ConnectorInfo {
             name: self.request.connector.clone(),
             port: self.request.port.clone(),

@@ -6,6 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_schemas::connector::{EmptyPolicy, FullPolicy};
+use rts_transport::Question;
 
 use super::Parting;
 use super::lane::Lane;
@@ -243,8 +244,12 @@ impl InPort {
                     }
                 }
                 Fetch::There => {
+                    let question = match first {
+                        true => Question::First,
+                        false => Question::More,
+                    };
                     // Over again, one that was late is still on its way.
-                    if !lane.asked && source.ask(first) {
+                    if !lane.asked && source.ask(question) {
                         lane.asked = true;
                         waiting = self.wait_for_answer(waiting, key, longest, began);
                     }
@@ -407,7 +412,7 @@ mod tests {
     fn sample(sequence: u64) -> Sample {
         Sample {
             sequence,
-            written: 0,
+            time: 0,
             payload: Payload::copy_from_slice(&sequence.to_be_bytes()),
         }
     }

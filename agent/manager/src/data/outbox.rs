@@ -31,7 +31,7 @@ pub struct Outbox {
 #[derive(Debug)]
 struct Waiting {
     buffer: Buffer<Sample>,
-    closed: Option<(Parting, Instant)>,
+    closed: Option<Parting>,
     /// Who waits for `changed`.
     sleepers: usize,
     /// Samples that may leave before the next tick.
@@ -233,15 +233,15 @@ impl Outbox {
     /// Ends it: who waits is let go, and nothing is taken in any more. The first reason stays.
     pub fn close(&self, parting: Parting) {
         let mut waiting = lock(&self.waiting);
-        waiting.closed.get_or_insert((parting, Instant::now()));
+        waiting.closed.get_or_insert(parting);
         self.changed.notify_all();
         drop(waiting);
         self.wake();
     }
 
-    /// Since when it is to end.
-    pub fn closed(&self) -> Option<Instant> {
-        lock(&self.waiting).closed.map(|(_, since)| since)
+    /// How it was ended, if it was.
+    pub fn closed(&self) -> Option<Parting> {
+        lock(&self.waiting).closed
     }
 
     /// Readable when there is something to do; for the thread that sends.

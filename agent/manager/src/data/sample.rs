@@ -1,19 +1,10 @@
-//! A sample on its way.
+//! A sample on its way, and what becomes of it: its number is from 1 with each connection, rising; a jump is a sample
+//! that was lost. Its time is that of its writing, as [`now`] has it; 0 when that is not known.
 
+pub use rts_transport::Sample;
 use rustix::time::{ClockId, clock_gettime};
 
 use super::Payload;
-
-/// A sample, with what its connection says of it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sample {
-    /// From 1 with each connection, rising; a jump is a sample that was lost.
-    pub sequence: u64,
-    /// When it was written, as [`now`] has it; 0 when that is not known.
-    pub written: u64,
-    /// Its bytes.
-    pub payload: Payload,
-}
 
 /// What became of a write, or of the worst of several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

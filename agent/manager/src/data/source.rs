@@ -1,14 +1,11 @@
 //! One connection of a connector to an in-port, as its reader sees it.
 
-use std::net::Shutdown;
-use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rts_manager_api::control::Latency;
-use rts_manager_api::data::{FETCH_FIRST, FETCH_MORE};
 use rts_schemas::connector::{ConnectorSettings, Dataflow};
-use rustix::net::{SendFlags, send};
+use rts_transport::{Handle, Question};
 
 use super::Parting;
 use super::latency::Latencies;
@@ -19,8 +16,8 @@ use crate::sync::lock;
 /// A connection. Its writer numbers samples from 1; its counters begin with it.
 #[derive(Debug)]
 pub struct Source {
-    /// The socket that it comes from, until it is closed; a dead source must hold no file descriptor.
-    stream: Mutex<Option<UnixStream>>,
+    /// The transport that it comes by, until it is closed; a dead source must hold no file descriptor.
+    transport: Mutex<Option<Handle>>,
     direct: bool,
     settings: ConnectorSettings,
     /// The other end, when it is in this process and a reader fetches from it.
@@ -41,7 +38,7 @@ pub enum Fetch {
     None,
     /// From this process.
     Here(Arc<Outbox>),
-    /// From the other end of a socket, which is asked for it.
+    /// From the other end of a transport, which is asked for it.
     There,
 }
 
@@ -65,15 +62,15 @@ pub struct Counts {
 }
 
 impl Source {
-    /// A new connection; without a stream, one inside this process, which is fetched from when there is an outbox.
+    /// A new connection; without a transport, one inside this process, which is fetched from when there is an outbox.
     pub fn new(
-        stream: Option<UnixStream>,
+        transport: Option<Handle>,
         settings: ConnectorSettings,
         outbox: Option<Arc<Outbox>>,
     ) -> Self {
         Self {
-            direct: stream.is_none(),
-            stream: Mutex::new(stream),
+            direct: transport.is_none(),
+            transport: Mutex::new(transport),
             settings,
             outbox,
             state: AtomicU8::new(OPEN),
@@ -107,14 +104,11 @@ impl Source {
         }
     }
 
-    /// Asks the other end for a sample; false when it cannot be asked. Never blocks: nothing else is sent there, so there
-    /// is room.
-    pub fn ask(&self, first: bool) -> bool {
-        let mark = if first { FETCH_FIRST } else { FETCH_MORE };
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        let stream = lock(&self.stream);
-        let sent = stream.as_ref().map(|stream| send(stream, &[mark], flags));
-        sent.is_some_and(|sent| sent.is_ok())
+    /// Asks the other end for a sample; false when it cannot be asked. Never blocks.
+    pub fn ask(&self, question: Question) -> bool {
+        let transport = lock(&self.transport);
+        let asked = transport.as_ref().map(|transport| transport.ask(question));
+        asked.is_some_and(|asked| asked)
     }
 
     /// False once it was closed.
@@ -144,13 +138,8 @@ impl Source {
         if let Some(outbox) = &self.outbox {
             outbox.close(parting);
         }
-        if let Some(stream) = lock(&self.stream).take() {
-            if parting == Parting::GoodBye {
-                // Next to nothing is ever sent there, so there is room.
-                let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-                let _ = send(&stream, &[0], flags);
-            }
-            let _ = stream.shutdown(Shutdown::Both);
+        if let Some(transport) = lock(&self.transport).take() {
+            transport.close(parting);
         }
         was_open
     }
@@ -166,8 +155,8 @@ impl Source {
         }
         // One that comes twice, or late, is no sample that has arrived.
         if sequence >= expected {
-            if sample.written > 0 {
-                self.latencies.count(now().saturating_sub(sample.written));
+            if sample.time > 0 {
+                self.latencies.count(now().saturating_sub(sample.time));
             }
             self.received.fetch_add(1, Ordering::Release);
         }
@@ -199,8 +188,9 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::Payload;
-    use std::io::Read;
+    use crate::data::{Ended, Payload};
+    use rts_transport::{Receiver, Sender, unix};
+    use std::os::unix::net::UnixStream;
 
     #[test]
     fn only_rising_numbers_count_as_received() {
@@ -208,7 +198,7 @@ mod tests {
         for sequence in [1, 2, 2, 4] {
             source.count_read(&Sample {
                 sequence,
-                written: now(),
+                time: now(),
                 payload: Payload::new(),
             });
         }
@@ -219,12 +209,15 @@ mod tests {
 
     #[test]
     fn a_source_that_died_holds_no_file_descriptor() {
-        let (ours, mut theirs) = UnixStream::pair().unwrap();
-        let source = Source::new(Some(ours), ConnectorSettings::default(), None);
+        let (ours, theirs) = UnixStream::pair().unwrap();
+        let mut sender = unix::sender(theirs).unwrap();
+        let receiver = unix::receiver(ours).unwrap();
+        let settings = ConnectorSettings::default();
+        let source = Source::new(Some(receiver.handle()), settings, None);
         assert!(source.close(Parting::Loss));
         assert!(!source.close(Parting::Loss));
-        assert_eq!(theirs.read(&mut [0]).unwrap(), 0);
-        assert!(lock(&source.stream).is_none());
+        assert!(matches!(sender.ended(), Some(Ended::Lost(_))));
+        assert!(lock(&source.transport).is_none());
         assert!(!source.is_direct());
         assert!(source.is_lost());
     }

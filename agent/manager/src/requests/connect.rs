@@ -1,17 +1,20 @@
 //! Connectors, at both of their ends.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
 use rts_manager_api::control::{Binding, ConnectRequest, Failure, ResponseBody};
-use rts_schemas::connector::{ConnectorSettings, Dataflow, Interface};
+use rts_schemas::connector::{ConnectorSettings, Dataflow, Distance};
+use rts_transport::Kind;
 
 use crate::component::Component;
 use crate::data::accept::check_types;
 use crate::data::binding::End;
+use crate::data::choose::choose;
 use crate::data::connector::{Connector, Link};
-use crate::data::dial::dial;
+use crate::data::dial::{Target, dial};
 use crate::data::sender::Sender;
 use crate::data::{Ended, Parting, direct, settings};
 use crate::failure::{conflict, internal, invalid};
@@ -69,17 +72,12 @@ pub fn connect(
 ) -> Result<ResponseBody, Failure> {
     let component = manager.component(&request.instance)?;
     let settings = settings(&request.properties)?;
-    if settings.interface == Interface::Direct && request.target_socket.is_some() {
-        return Err(invalid(format!(
-            "`dataport.interface_type` of the connector {} is direct, which needs both components in one process; \
-             {} is in another: place both in one manager, or choose corba_cdr",
-            request.connector, request.target_instance
-        )));
-    }
+    let kinds = choose(settings.interface, distance(&request))
+        .map_err(|why| invalid(format!("the connector {}: {why}", request.connector)))?;
     let Some(connector) = add(&component, request)? else {
         return Ok(ResponseBody::Done);
     };
-    let connected = establish(manager, &component, &connector, settings, deadline);
+    let connected = establish(manager, &component, &connector, settings, kinds, deadline);
     match (&connected, connector.replaces_lost) {
         (Ok(()), _) => made(&component, &connector),
         // What was lost is still lost.
@@ -92,6 +90,14 @@ pub fn connect(
         }
     }
     connected.map(|()| ResponseBody::Done)
+}
+
+fn distance(request: &ConnectRequest) -> Distance {
+    match &request.target_socket {
+        None => Distance::Process,
+        Some(_) if request.between_nodes => Distance::Beyond,
+        Some(_) => Distance::Node,
+    }
 }
 
 /// Notes that a connector was made, unless it was removed meanwhile.
@@ -134,28 +140,39 @@ fn establish(
     component: &Arc<Component>,
     connector: &Arc<Connector>,
     settings: ConnectorSettings,
+    kinds: &[Kind],
     deadline: Instant,
 ) -> Result<(), Failure> {
     let request = &connector.request;
     let port = component.out_port(&request.port)?;
+    if kinds == [Kind::InProcess] {
+        let end = here(manager, request, &port.data_type)?;
+        let link = direct::link(&end, settings, &manager.outgoing, &manager.events)?;
+        return agreed(connector.establish(link), request);
+    }
     let socket = match &request.target_socket {
+        Some(socket) => Path::new(socket),
+        // Both are here, and yet a transport is asked for: this manager is its own peer.
         None => {
-            let link = here(manager, request, &port.data_type, settings)?;
-            return agreed(connector.establish(link), request);
+            here(manager, request, &port.data_type)?;
+            &manager.socket
         }
-        Some(socket) => socket,
     };
     let slot = manager
         .outgoing
         .take()
         .ok_or_else(|| conflict("there are too many connections to other managers already"))?;
-    let pulls = settings.dataflow == Dataflow::Pull;
-    let dialled = dial(socket, request, &port.data_type, pulls, deadline)?;
-    let sender = Sender::new(dialled.stream, dialled.agreed, &settings)
+    let target = Target {
+        socket,
+        request,
+        data_type: &port.data_type,
+        pulls: settings.dataflow == Dataflow::Pull,
+    };
+    let sender = Sender::new(dial(target, kinds, deadline)?, &settings)
         .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;
     let sender = Arc::new(sender);
     agreed(
-        connector.establish(Link::Socket(Arc::clone(&sender))),
+        connector.establish(Link::Between(Arc::clone(&sender))),
         request,
     )?;
     send(manager, connector, sender, slot)
@@ -172,13 +189,8 @@ fn agreed(established: bool, request: &ConnectRequest) -> Result<(), Failure> {
     }
 }
 
-/// Connects to an in-port of this process. It is bound on the way when it is not yet: who asks for this controls both.
-fn here(
-    manager: &Manager,
-    request: &ConnectRequest,
-    data_type: &str,
-    settings: ConnectorSettings,
-) -> Result<Link, Failure> {
+/// An in-port end of this process. It is bound on the way when it is not yet: who asks for this controls both.
+fn here(manager: &Manager, request: &ConnectRequest, data_type: &str) -> Result<Arc<End>, Failure> {
     let target = manager.component(&request.target_instance)?;
     if target.identity.incarnation != request.target_incarnation {
         return Err(conflict(format!(
@@ -194,7 +206,7 @@ fn here(
         &format!("{}.{}", request.target_instance, request.target_port),
         &port.data_type,
     )?;
-    let end = add_end(
+    add_end(
         manager,
         Binding {
             connector: request.connector.clone(),
@@ -202,18 +214,13 @@ fn here(
             port: request.target_port.clone(),
             source,
         },
-    )?;
-    direct::link(&end, settings, &manager.outgoing, &manager.events)
+    )
 }
 
 /// Tells of a connection that this side did not close.
 fn report(manager: &Manager, request: &ConnectRequest, ended: &Ended) {
     let name = &request.connector;
-    let reason = match ended {
-        Ended::Lost(reason) => reason,
-        Ended::GoodBye | Ended::Here => "the other end closed the connection",
-    };
-    let message = format!("disconnected: {reason}");
+    let message = format!("disconnected: {ended}");
     manager.events.changed(format!("connector/{name}"), message);
     if matches!(ended, Ended::Lost(_)) {
         manager.lose(&request.instance, name);

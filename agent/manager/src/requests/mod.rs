@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use rts_manager_api::control::{CreateRequest, Failure, RequestBody, ResponseBody};
 
-use crate::component::{self, Action, policy};
+use crate::component::{self, Action, Change, policy};
 use crate::failure::{invalid, list, not_found};
 use crate::manager::Manager;
 use crate::module::Module;
@@ -41,17 +41,17 @@ pub fn handle(
             active,
             rate,
             on_disconnect,
+            order,
             by_hand,
         } => {
-            let on_disconnect = on_disconnect.as_deref().map(policy).transpose()?;
-            let action = Action::Configure {
+            let change = Box::new(Change {
+                on_disconnect: on_disconnect.as_deref().map(policy).transpose()?,
                 sets,
                 active,
                 rate,
-                on_disconnect,
-                by_hand,
-            };
-            act(&instance, action)
+                order,
+            });
+            act(&instance, Action::Configure { change, by_hand })
         }
         RequestBody::Bind(binding) => connect::bind(manager, binding),
         RequestBody::Unbind { connector } => Ok(connect::unbind(manager, &connector)),

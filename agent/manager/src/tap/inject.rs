@@ -95,7 +95,7 @@ fn write(
         taken += 1;
         let sample = Sample {
             sequence: taken,
-            written: now(),
+            time: now(),
             payload,
         };
         if let Err(sample) = port.offer(source, sample) {

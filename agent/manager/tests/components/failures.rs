@@ -151,6 +151,7 @@ fn rate(instance: &str, rate: f64) -> RequestBody {
         active: None,
         rate: Some(rate),
         on_disconnect: None,
+        order: None,
         by_hand: None,
     }
 }

@@ -147,6 +147,75 @@ fn a_component_in_c_or_cpp_runs_like_the_others() {
 }
 
 #[test]
+fn a_component_in_c_is_connected_over_every_transport() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = folder.path().join("libscale.so");
+    let source = repository().join("manifests/components_c/scale/scale.c");
+    build(&source, &library, &["-x", "c", "-std=c11"]);
+    let made = |answer| match answer {
+        ResponseBody::Created { incarnation } => incarnation,
+        other => panic!("{other:?}"),
+    };
+    for transport in ["shm", "uds", "tcp"] {
+        // Source -> Scale -> Sink, with the one in C alone in its process.
+        let (outer, inner) = (start("outer"), start("inner"));
+        let (mut o, mut i) = (outer.client(), inner.client());
+        ok(&mut i, load("Scale", &library));
+        let request = create(&inner, "Scale", &[("factor", "-4.0")]);
+        let scale = made(ok(&mut i, RequestBody::Create(request)));
+        let sink = made(ok(&mut o, end(&outer, "Sink", "in", &[])));
+        ok(&mut o, end(&outer, "Source", "out", &["1.5"]));
+        let connect = |from: &str, to: &str, incarnation: &str, socket: &Path| ConnectRequest {
+            properties: [("dataport.interface_type".to_owned(), transport.to_owned())].into(),
+            ..connection(from, to, incarnation, Some(socket))
+        };
+        let first = connect("Source", "Scale", &scale, &inner.socket());
+        let second = connect("Scale", "Sink", &sink, &outer.socket());
+        ok(
+            &mut i,
+            binding(&first.connector, "Scale", "in", "Source.out"),
+        );
+        ok(
+            &mut o,
+            binding(&second.connector, "Sink", "in", "Scale.out"),
+        );
+        ok(&mut o, RequestBody::Connect(first.clone()));
+        ok(&mut i, RequestBody::Connect(second.clone()));
+        ok(&mut o, activate("Sink"));
+        ok(&mut i, activate("Scale"));
+        ok(&mut o, activate("Source"));
+        let received = |client: &mut _| component(client, "Sink").bindings[0].samples_received;
+        until("samples come through", || received(&mut o) >= 3);
+        assert_eq!(
+            component(&mut o, "Source").connectors[0].transport,
+            transport
+        );
+        assert_eq!(
+            component(&mut i, "Scale").connectors[0].transport,
+            transport
+        );
+
+        // An order is a good-bye, and connected again it goes on.
+        ok(&mut i, disconnect("Scale", &second.connector));
+        until("the end is seen", || {
+            !component(&mut o, "Sink").bindings[0].connected
+        });
+        ok(&mut i, RequestBody::Connect(second));
+        until("samples come through again", || received(&mut o) >= 3);
+        ok(&mut o, deactivate("Sink"));
+        let log = outer.log("Sink");
+        assert!(log.contains(" 0 out of order, 0 faulty"), "{log}");
+
+        ok(&mut o, on_disconnect("Source", "deactivate"));
+        inner.signal("-KILL");
+        until("its death is noticed at both ends", || {
+            component(&mut o, "Source").state == "Inactive"
+                && !component(&mut o, "Sink").bindings[0].connected
+        });
+    }
+}
+
+#[test]
 fn a_module_of_another_version_is_refused_with_both_versions_and_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let manager = start("m");

@@ -124,6 +124,8 @@ impl Running {
             log_path: self.log_path(instance).display().to_string(),
             on_disconnect: None,
             stand_in: None,
+            realtime: None,
+            execution_context: None,
         })
     }
 
@@ -220,6 +222,7 @@ pub fn connection(
         target_port: "in".to_owned(),
         target_socket: socket.map(|path| path.display().to_string()),
         target_incarnation: incarnation.to_owned(),
+        between_nodes: false,
         properties: BTreeMap::from([("k".to_owned(), "v".to_owned())]),
         by_hand: None,
     }
@@ -271,6 +274,7 @@ pub fn configure(instance: &str, parameters: &[(&str, &str)]) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: None,
+        order: None,
         by_hand: None,
     }
 }
@@ -283,6 +287,7 @@ pub fn on_disconnect(instance: &str, policy: &str) -> RequestBody {
         active: None,
         rate: None,
         on_disconnect: Some(policy.to_owned()),
+        order: None,
         by_hand: None,
     }
 }

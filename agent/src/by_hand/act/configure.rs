@@ -53,6 +53,7 @@ impl Agent {
                 active: wish.active,
                 rate: None,
                 on_disconnect: None,
+                order: None,
                 by_hand,
             };
             let done = subject.manager.link.done(request, LIMIT).await;

@@ -48,7 +48,8 @@ fn noticed(kind: Kind, kill: u64) -> f64 {
     };
     assert!(matches!(ended, Ended::Lost(_)), "{ended}");
     while link.sender.ended().is_none() {
-        let watched = link.sender.watched().unwrap();
+        let handle = link.sender.handle();
+        let watched = handle.watched().unwrap();
         let mut fds = [PollFd::new(&watched, PollFlags::IN)];
         poll(&mut fds, None).unwrap();
     }

@@ -2,7 +2,8 @@
 
 use bytes::{Buf, BytesMut};
 
-use super::header::{HEADER, Header, Malformed};
+use super::framing::Framing;
+use super::header::{Header, Malformed};
 use super::spare::Spare;
 use crate::Sample;
 
@@ -24,6 +25,7 @@ pub enum Message {
 /// Puts frames together.
 #[derive(Debug, Default)]
 pub struct Decoder {
+    framing: Framing,
     /// Headers and small payloads.
     buffer: BytesMut,
     /// A large payload on its way.
@@ -43,6 +45,14 @@ struct Body {
 }
 
 impl Decoder {
+    /// Of frames that look so.
+    pub fn new(framing: Framing) -> Self {
+        Self {
+            framing,
+            ..Self::default()
+        }
+    }
+
     /// Where to append the bytes that come next, and how many at most. There is room for them.
     pub fn space(&mut self) -> (&mut BytesMut, usize) {
         match &mut self.body {
@@ -57,12 +67,13 @@ impl Decoder {
             }
             None => {
                 // From its beginning again when all of it was read: that memory is in the cache.
+                let header = self.framing.header();
                 let again = self.buffer.is_empty() && self.buffer.try_reclaim(STEP);
-                if !again && self.buffer.capacity() - self.buffer.len() < HEADER + SHARED {
+                if !again && self.buffer.capacity() - self.buffer.len() < header + SHARED {
                     self.buffer.reserve(STEP);
                 }
                 let room = self.buffer.capacity() - self.buffer.len();
-                let limit = if self.was_large { HEADER } else { room };
+                let limit = if self.was_large { header } else { room };
                 (&mut self.buffer, limit)
             }
         }
@@ -71,15 +82,15 @@ impl Decoder {
     /// The next message, once its bytes are there.
     pub fn message(&mut self) -> Result<Option<Message>, Malformed> {
         if self.body.is_none() {
-            let Some(header) = self.buffer.first_chunk::<HEADER>() else {
+            let Some(header) = self.framing.decode(&self.buffer)? else {
                 return Ok(None);
             };
             if self.ended {
                 return Err(Malformed::AfterGoodBye);
             }
-            match Header::decode(header)? {
+            match header {
                 Header::GoodBye => {
-                    self.buffer.advance(HEADER);
+                    self.buffer.advance(self.framing.header());
                     self.ended = true;
                     return Ok(Some(Message::GoodBye));
                 }
@@ -107,10 +118,11 @@ impl Decoder {
     }
 
     fn small(&mut self, size: usize, sequence: u64, time: u64) -> Option<Message> {
-        if self.buffer.len() < HEADER + size {
+        let header = self.framing.header();
+        if self.buffer.len() < header + size {
             return None;
         }
-        self.buffer.advance(HEADER);
+        self.buffer.advance(header);
         let payload = match size {
             0 => crate::Payload::new(),
             _ => self.buffer.split_to(size).freeze(),
@@ -123,7 +135,7 @@ impl Decoder {
     }
 
     fn begin(&mut self, size: usize, sequence: u64, time: u64) {
-        self.buffer.advance(HEADER);
+        self.buffer.advance(self.framing.header());
         let mut bytes = self.spare.take(size);
         let here = self.buffer.len().min(size);
         bytes.extend_from_slice(&self.buffer[..here]);

@@ -34,6 +34,8 @@ pub enum Malformed {
     Kind(u32),
     /// No sample is so long.
     TooLarge(u32),
+    /// No sample is so short, of version 1.
+    TooShort(u32),
     /// More is said with a good-bye than that.
     GoodBye,
     /// Bytes follow a good-bye.
@@ -48,6 +50,7 @@ impl fmt::Display for Malformed {
                 f,
                 "it announced a sample of {size} bytes: at most {MAX_SAMPLE} are taken"
             ),
+            Self::TooShort(size) => write!(f, "it announced a frame of {size} bytes"),
             Self::GoodBye => f.write_str("it sent a good-bye with something in it"),
             Self::AfterGoodBye => f.write_str("it went on sending after its good-bye"),
         }

@@ -17,6 +17,7 @@ mod writer;
 use std::io;
 use std::os::unix::net::UnixStream;
 
+use crate::frame::Framing;
 use crate::stream::{StreamReceiver, StreamSender};
 use crate::{Receiver, Sender};
 use map::Map;
@@ -36,7 +37,7 @@ pub fn sender_with(control: UnixStream, ring: usize) -> io::Result<impl Sender +
     let (map, memory) = Map::create(ring)?;
     control.set_nonblocking(false)?;
     pass::send(&control, &memory)?;
-    Ok(StreamSender::new(Writer::new(map, control)))
+    Ok(StreamSender::new(Writer::new(map, control), Framing::Timed))
 }
 
 /// The receiving end of a connection whose other end has agreed.
@@ -44,5 +45,8 @@ pub fn receiver(control: UnixStream) -> io::Result<impl Receiver + use<>> {
     control.set_nonblocking(false)?;
     let memory = pass::receive(&control)?;
     let map = Map::open(&memory)?;
-    Ok(StreamReceiver::new(Reader::new(map, control)))
+    Ok(StreamReceiver::new(
+        Reader::new(map, control),
+        Framing::Timed,
+    ))
 }

@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use bytes::BytesMut;
-use rustix::net::SendFlags;
 
 use super::layout::{READER, TAKEN, WRITER, WRITTEN};
 use super::map::Map;
 use super::sleep::Sleep;
-use crate::socket::{GOOD_BYE, look};
+use crate::ends::Asked;
+use crate::socket::{has_gone, look, say};
 use crate::spin::Spin;
 use crate::stream::{Read, Source};
 
@@ -29,6 +29,8 @@ pub struct Reader {
     /// The writer knows of these: it is told before this side waits, or when it may need the room.
     told: AtomicU64,
     spin: Spin,
+    /// A sender asks for nothing.
+    nothing: Asked,
 }
 
 impl Reader {
@@ -40,6 +42,7 @@ impl Reader {
             taken: AtomicU64::new(0),
             told: AtomicU64::new(0),
             spin: Spin::default(),
+            nothing: Asked::default(),
         }
     }
 
@@ -121,7 +124,7 @@ impl Source for Reader {
                 return Ok(Read::Some);
             }
         }
-        let has_gone = look(self.control.as_fd(), |_| ()).is_some();
+        let has_gone = look(self.control.as_fd(), &self.nothing).is_some();
         // What was written before its end is still there.
         match (self.take(into, limit)?, has_gone) {
             (true, _) => Ok(Read::Some),
@@ -130,9 +133,12 @@ impl Source for Reader {
         }
     }
 
-    fn say_good_bye(&self) {
-        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
-        let _ = rustix::net::send(&self.control, &[GOOD_BYE], flags);
+    fn say(&self, byte: u8) -> bool {
+        say(self.control.as_fd(), byte)
+    }
+
+    fn has_gone(&self) -> bool {
+        has_gone(self.control.as_fd())
     }
 
     fn shut(&self) {

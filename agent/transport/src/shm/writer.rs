@@ -9,10 +9,11 @@ use std::time::Duration;
 use super::layout::{READER, TAKEN, WRITER, WRITTEN};
 use super::map::Map;
 use super::sleep::Sleep;
-use crate::Ended;
+use crate::ends::Asked;
 use crate::socket::look;
 use crate::spin::Spin;
 use crate::stream::Sink;
+use crate::{Ended, Question};
 
 /// The reader is told after so many bytes, so that it copies out while more is copied in.
 const PIECE: usize = 32 * 1024;
@@ -27,6 +28,7 @@ pub struct Writer {
     /// Bytes that the reader had taken when last looked at.
     taken: AtomicU64,
     spin: Spin,
+    asked: Asked,
 }
 
 impl Writer {
@@ -38,6 +40,7 @@ impl Writer {
             written: AtomicU64::new(0),
             taken: AtomicU64::new(0),
             spin: Spin::default(),
+            asked: Asked::default(),
         }
     }
 
@@ -116,7 +119,11 @@ impl Sink for Writer {
     }
 
     fn look(&self) -> Option<Ended> {
-        look(self.control.as_fd(), |_| ())
+        look(self.control.as_fd(), &self.asked)
+    }
+
+    fn asked(&self) -> Option<Question> {
+        self.asked.take()
     }
 
     fn shut(&self) {

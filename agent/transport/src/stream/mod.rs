@@ -14,7 +14,7 @@ use bytes::BytesMut;
 pub use receiver::StreamReceiver;
 pub use sender::StreamSender;
 
-use crate::Ended;
+use crate::{Ended, Question};
 
 /// No wait of an end is longer than this without a look at what else has happened.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
@@ -29,6 +29,9 @@ pub trait Sink: Debug + Send + Sync + 'static {
 
     /// What is known of the other end: none while it is there.
     fn look(&self) -> Option<Ended>;
+
+    /// What the other end had asked for at the last look, once.
+    fn asked(&self) -> Option<Question>;
 
     /// Ends it; the other end still gets what was written.
     fn shut(&self);
@@ -47,8 +50,11 @@ pub trait Source: Debug + Send + Sync + 'static {
         patience: Option<Duration>,
     ) -> io::Result<Read>;
 
-    /// Tells the other end that this is no loss.
-    fn say_good_bye(&self);
+    /// Says one byte to the other end; false when that cannot be done.
+    fn say(&self, byte: u8) -> bool;
+
+    /// True when the other end has closed it, whatever is still to be read.
+    fn has_gone(&self) -> bool;
 
     /// Ends it.
     fn shut(&self);

@@ -1,21 +1,21 @@
 //! A frame that is on its way out.
 
-use crate::frame::{HEADER, Header};
-use crate::{Payload, Sample};
+use crate::Sample;
+use crate::frame::Head;
 
 /// A frame, and how much of it has gone.
 #[derive(Debug)]
 pub struct Pending {
-    header: [u8; HEADER],
+    head: Head,
     sample: Option<Sample>,
     gone: usize,
 }
 
 impl Pending {
     /// Of a sample, so much of which has gone.
-    pub fn sample(sample: Sample, header: [u8; HEADER], gone: usize) -> Self {
+    pub fn sample(sample: Sample, head: Head, gone: usize) -> Self {
         Self {
-            header,
+            head,
             sample: Some(sample),
             gone,
         }
@@ -24,7 +24,7 @@ impl Pending {
     /// Of a good-bye.
     pub fn good_bye() -> Self {
         Self {
-            header: Header::GoodBye.encode(),
+            head: Head::good_bye(),
             sample: None,
             gone: 0,
         }
@@ -32,18 +32,19 @@ impl Pending {
 
     /// What is left of header and payload.
     pub fn rest(&self) -> (&[u8], &[u8]) {
-        let payload = self.sample.as_ref().map_or(&[][..], |s| &s.payload[..]);
-        let of_payload = self.gone.saturating_sub(HEADER).min(payload.len());
-        (
-            &self.header[self.gone.min(HEADER)..],
-            &payload[of_payload..],
-        )
+        let (head, payload) = (self.head.bytes(), self.payload());
+        let of_head = self.gone.min(head.len());
+        let of_payload = (self.gone - of_head).min(payload.len());
+        (&head[of_head..], &payload[of_payload..])
     }
 
     /// So much more has gone; true when that was all.
     pub fn advance(&mut self, bytes: usize) -> bool {
         self.gone += bytes;
-        let payload = self.sample.as_ref().map(|s| &s.payload);
-        self.gone >= HEADER + payload.map_or(0, Payload::len)
+        self.gone >= self.head.bytes().len() + self.payload().len()
+    }
+
+    fn payload(&self) -> &[u8] {
+        self.sample.as_ref().map_or(&[], |sample| &sample.payload)
     }
 }

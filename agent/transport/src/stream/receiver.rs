@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Read, Source};
-use crate::ends::Close;
-use crate::frame::{Decoder, Message};
-use crate::{Closer, Ended, Parting, Receiver, Sample};
+use crate::ends::End;
+use crate::frame::{Decoder, Framing, Message};
+use crate::socket::GOOD_BYE;
+use crate::{Ended, Handle, Parting, Question, Receiver, Sample};
 
 /// Receives samples as frames.
 #[derive(Debug)]
@@ -25,13 +26,13 @@ struct Shared<S> {
 
 impl<S: Source> StreamReceiver<S> {
     /// Over a source whose other end has agreed.
-    pub fn new(source: S) -> Self {
+    pub fn new(source: S, framing: Framing) -> Self {
         Self {
             shared: Arc::new(Shared {
                 source,
                 closed: AtomicBool::new(false),
             }),
-            decoder: Decoder::default(),
+            decoder: Decoder::new(framing),
             ended: None,
         }
     }
@@ -106,20 +107,28 @@ impl<S: Source> Receiver for StreamReceiver<S> {
         self.next(Some(patience))
     }
 
-    fn closer(&self) -> Closer {
-        Closer::new(Arc::clone(&self.shared) as Arc<dyn Close>)
+    fn handle(&self) -> Handle {
+        Handle::new(Arc::clone(&self.shared) as Arc<dyn End>)
     }
 }
 
-impl<S: Source> Close for Shared<S> {
+impl<S: Source> End for Shared<S> {
     fn close(&self, parting: Parting) {
         if self.closed.swap(true, Ordering::AcqRel) {
             return;
         }
         if parting == Parting::GoodBye {
-            self.source.say_good_bye();
+            self.source.say(GOOD_BYE);
         }
         self.source.shut();
+    }
+
+    fn has_gone(&self) -> bool {
+        self.source.has_gone()
+    }
+
+    fn ask(&self, question: Question) -> bool {
+        !self.closed.load(Ordering::Acquire) && self.source.say(question.byte())
     }
 }
 

@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 
 use super::pending::Pending;
 use super::{LOOK, Sink};
-use crate::ends::Close;
-use crate::frame::{HEADER, Header};
-use crate::{Closer, Ended, MAX_SAMPLE, Parting, Refused, Sample, Sender, lock};
+use crate::ends::End;
+use crate::frame::{Framing, Head};
+use crate::socket::has_gone;
+use crate::{Ended, Handle, MAX_SAMPLE, Parting, Question, Refused, Sample, Sender, lock};
 
 /// A connection that is closed has this long to take what is half sent, and the good-bye.
 const PARTING: Duration = Duration::from_millis(500);
@@ -24,8 +25,9 @@ pub struct StreamSender<S: Sink>(Arc<Shared<S>>);
 #[derive(Debug)]
 struct Shared<S> {
     sink: S,
+    framing: Framing,
     state: Mutex<State>,
-    /// There is something for the thread.
+    /// There is something for the thread, or it has ended.
     work: Condvar,
 }
 
@@ -54,9 +56,10 @@ enum Pumped {
 
 impl<S: Sink> StreamSender<S> {
     /// Over a sink whose other end has agreed.
-    pub fn new(sink: S) -> Self {
+    pub fn new(sink: S, framing: Framing) -> Self {
         Self(Arc::new(Shared {
             sink,
+            framing,
             state: Mutex::default(),
             work: Condvar::new(),
         }))
@@ -74,13 +77,14 @@ impl<S: Sink> StreamSender<S> {
         if is_full {
             return Err(Refused::Full(sample));
         }
-        let header = header(&sample);
-        match self.0.write(state, &header, &sample.payload) {
+        let head = Head::of(&sample, self.0.framing);
+        let size = head.bytes().len() + sample.payload.len();
+        match self.0.write(state, head.bytes(), &sample.payload) {
             Err(ended) => Err(Refused::Ended(ended)),
             Ok(0) => Err(Refused::Full(sample)),
-            Ok(gone) if gone == HEADER + sample.payload.len() => Ok(Pumped::Idle),
+            Ok(gone) if gone == size => Ok(Pumped::Idle),
             Ok(gone) => {
-                state.pending = Some(Pending::sample(sample, header, gone));
+                state.pending = Some(Pending::sample(sample, head, gone));
                 match self.0.pump(state) {
                     Pumped::Ended => Err(Refused::Ended(state.ended().unwrap_or(Ended::Here))),
                     pumped => Ok(pumped),
@@ -107,15 +111,6 @@ impl<S: Sink> StreamSender<S> {
     }
 }
 
-fn header(sample: &Sample) -> [u8; HEADER] {
-    let header = Header::Sample {
-        size: sample.payload.len(),
-        sequence: sample.sequence,
-        time: sample.time,
-    };
-    header.encode()
-}
-
 /// Time until then; none is for ever.
 fn left(until: Option<Instant>) -> Duration {
     until.map_or(Duration::MAX, |until| {
@@ -140,12 +135,12 @@ impl<S: Sink> Shared<S> {
             let Some(pending) = &mut state.pending else {
                 match (state.leaving, state.good_bye_is_pending) {
                     (None, _) => return Pumped::Idle,
-                    (Some(_), false) => {
+                    (Some(_), false) if self.framing.has_good_byes() => {
                         state.pending = Some(Pending::good_bye());
                         state.good_bye_is_pending = true;
                         continue;
                     }
-                    (Some(_), true) => return self.end(state, Ended::Here),
+                    (Some(_), _) => return self.end(state, Ended::Here),
                 }
             };
             let (header, payload) = pending.rest();
@@ -304,20 +299,37 @@ impl<S: Sink> Sender for StreamSender<S> {
         state.ended()
     }
 
+    fn asked(&mut self) -> Option<Question> {
+        let mut state = lock(&self.0.state);
+        self.0.look(&mut state);
+        self.0.sink.asked()
+    }
+
+    fn linger(&mut self) {
+        let state = lock(&self.0.state);
+        let leaves = |state: &mut State| state.leaving.is_some() && state.ended.is_none();
+        // The thread ends it in time; this is for one that does not get to run.
+        drop(self.0.work.wait_timeout_while(state, 2 * PARTING, leaves));
+    }
+
+    fn handle(&self) -> Handle {
+        Handle::new(Arc::new(This(Arc::clone(&self.0))))
+    }
+}
+
+struct This<S>(Arc<Shared<S>>);
+
+impl<S: Sink> End for This<S> {
+    fn close(&self, parting: Parting) {
+        self.0.close(parting);
+    }
+
     fn watched(&self) -> Option<BorrowedFd<'_>> {
         Some(self.0.sink.fd())
     }
 
-    fn closer(&self) -> Closer {
-        Closer::new(Arc::new(Handle(Arc::clone(&self.0))))
-    }
-}
-
-struct Handle<S>(Arc<Shared<S>>);
-
-impl<S: Sink> Close for Handle<S> {
-    fn close(&self, parting: Parting) {
-        self.0.close(parting);
+    fn has_gone(&self) -> bool {
+        has_gone(self.0.sink.fd())
     }
 }
 

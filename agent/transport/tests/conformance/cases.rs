@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rts_transport::{Ended, Kind, MAX_SAMPLE, Parting, Payload, Refused, Sample};
+use rts_transport::{Ended, Kind, MAX_SAMPLE, Parting, Payload, Question, Refused, Sample};
 
 use crate::ends::{PATIENCE, assert_is, end, end_of_sender, fill, next, pair, sample};
 
@@ -184,10 +184,10 @@ pub fn a_close_wakes_a_receiver_that_waits(kind: Kind) {
     for parting in [Parting::GoodBye, Parting::Loss] {
         for pause in [0, 20, 120] {
             let (sender, mut receiver) = pair(kind);
-            let closer = receiver.closer();
+            let handle = receiver.handle();
             let taking = thread::spawn(move || receiver.take(Duration::MAX));
             thread::sleep(Duration::from_millis(pause));
-            closer.close(parting);
+            handle.close(parting);
             assert_eq!(taking.join().unwrap(), Err(Ended::Here));
             drop(sender);
         }
@@ -198,7 +198,7 @@ pub fn a_close_wakes_a_sender_that_waits(kind: Kind) {
     for parting in [Parting::GoodBye, Parting::Loss] {
         for size in [1000, 1 << 20] {
             let (mut sender, receiver) = pair(kind);
-            let closer = sender.closer();
+            let handle = sender.handle();
             let sending = thread::spawn(move || {
                 for sequence in 1.. {
                     if let Err(refused) = sender.push_within(sample(sequence, size), Duration::MAX)
@@ -209,7 +209,7 @@ pub fn a_close_wakes_a_sender_that_waits(kind: Kind) {
                 unreachable!()
             });
             thread::sleep(Duration::from_millis(60));
-            closer.close(parting);
+            handle.close(parting);
             assert_eq!(sending.join().unwrap(), Refused::Ended(Ended::Here));
             drop(receiver);
         }
@@ -280,4 +280,53 @@ pub fn samples_are_handed_on_until_the_end(kind: Kind) {
     let (mut sender, mut receiver) = pair(kind);
     sender.push(sample(1, 10)).unwrap();
     assert_eq!(receiver.hand_on(&mut |_| false), Ended::Here);
+}
+
+pub fn a_sender_hears_what_its_reader_asks_for(kind: Kind) {
+    let (mut sender, mut receiver) = pair(kind);
+    let handle = receiver.handle();
+    assert_eq!(sender.asked(), None);
+    for fetch in [Question::First, Question::More] {
+        assert!(handle.ask(fetch));
+        let begin = Instant::now();
+        let asked = loop {
+            match sender.asked() {
+                Some(asked) => break asked,
+                None => assert!(begin.elapsed() < PATIENCE),
+            }
+        };
+        assert_eq!((asked, sender.asked()), (fetch, None));
+        sender.push(sample(1, 10)).unwrap();
+        assert_is(&next(&mut *receiver), 1, 10);
+    }
+    assert!(!sender.handle().ask(Question::First), "it is no reader");
+    assert!(!handle.has_gone() && !sender.handle().has_gone());
+    // However often it asks, and it is told of the end behind that.
+    for _ in 0..100 {
+        handle.ask(Question::More);
+    }
+    receiver.close(Parting::GoodBye);
+    assert!(!handle.ask(Question::More));
+    assert_eq!(end_of_sender(&mut *sender), Ended::GoodBye);
+    assert!(sender.handle().has_gone());
+}
+
+pub fn who_lingers_waits_for_the_good_bye(kind: Kind) {
+    let (mut sender, mut receiver) = pair(kind);
+    sender.push(sample(1, 3 << 20)).unwrap();
+    let taking = thread::spawn(move || {
+        thread::sleep(Duration::from_millis(20));
+        let samples = end(&mut *receiver);
+        (samples, receiver)
+    });
+    sender.close(Parting::GoodBye);
+    sender.linger();
+    // Nobody would send it any more.
+    drop(sender);
+    assert_eq!(taking.join().unwrap().0, (1, Ended::GoodBye));
+    // Who stalls is not waited for.
+    let (mut sender, _receiver) = pair(kind);
+    sender.push(sample(1, 4 << 20)).unwrap();
+    sender.close(Parting::GoodBye);
+    sender.linger();
 }

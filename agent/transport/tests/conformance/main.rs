@@ -8,6 +8,7 @@ mod ends;
 mod hostile;
 mod hostile_memory;
 mod leaks;
+mod plain;
 mod processes;
 
 /// Tests of these functions, which get the transport.
@@ -37,6 +38,8 @@ macro_rules! everywhere {
             cases::many_connectors_work_at_once,
             cases::one_payload_goes_to_several_readers_of_which_none_holds_up_another,
             cases::samples_are_handed_on_until_the_end,
+            cases::a_sender_hears_what_its_reader_asks_for,
+            cases::who_lingers_waits_for_the_good_bye,
             leaks::no_descriptor_no_mapping_and_no_thread_is_left,
         }
     };

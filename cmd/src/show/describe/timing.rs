@@ -1,19 +1,37 @@
 //! How an execution context keeps its time, in a few lines.
 
 use rts_controller_api::objects::ComponentStatus;
-use rts_plan::observed::DurationsObserved;
+use rts_plan::observed::{DurationsObserved, RealtimeObserved};
 
 /// Lines of a component's page.
 pub fn lines(status: &ComponentStatus) -> Vec<(&'static str, String)> {
+    let mut lines = status.realtime.as_ref().map_or(Vec::new(), realtime);
     let Some(timing) = &status.timing else {
-        return Vec::new();
+        return lines;
     };
-    let mut lines = vec![("Execution time", durations(&timing.execution))];
+    if let Some(reached) = timing.reached {
+        lines.push(("Rate reached", format!("{reached} Hz")));
+    }
+    lines.push(("Execution time", durations(&timing.execution)));
     if let Some(jitter) = &timing.jitter {
         lines.push(("Jitter", durations(jitter)));
         lines.push(("Overruns", timing.overruns.to_string()));
     }
     lines
+}
+
+/// What it has of its node, and what it was denied.
+fn realtime(found: &RealtimeObserved) -> Vec<(&'static str, String)> {
+    let priority = match found.priority {
+        0 => String::new(),
+        priority => format!(" {priority}"),
+    };
+    let locked = if found.memory_locked { "" } else { "not " };
+    let (scheduler, cpus) = (&found.scheduler, &found.cpus);
+    let had = format!("{scheduler}{priority}, processors {cpus}, memory {locked}locked");
+    let denied = found.denied.iter().cloned();
+    let denied = denied.map(|why| ("Not permitted", why));
+    [("Scheduling", had)].into_iter().chain(denied).collect()
 }
 
 fn durations(durations: &DurationsObserved) -> String {
@@ -22,7 +40,7 @@ fn durations(durations: &DurationsObserved) -> String {
 }
 
 /// A duration with three digits.
-fn short(nanoseconds: u64) -> String {
+pub fn short(nanoseconds: u64) -> String {
     let (value, unit) = match nanoseconds {
         0..1_000 => return format!("{nanoseconds} ns"),
         1_000..1_000_000 => (nanoseconds as f64 / 1e3, "µs"),

@@ -1,16 +1,22 @@
-//! `cargo xtask bench launch --local`: from `rtsctl apply` to all components Active, beside what it cannot beat.
+//! `cargo xtask bench launch`: from a command to all components Active, by our agent and by SSH, beside what nothing can beat.
+
+mod corpus;
+mod profile;
+mod ssh_loop;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
+use self::profile::Profile;
 use super::Common;
+use super::ssh::Server;
 use super::stack::Stack;
 use super::{floors, stats};
 
-/// Components of each system.
-const COMPONENTS: u32 = 10;
+/// Components of the rows that have many.
+const MANY: u32 = 10;
 /// Type of every component: it has no ports to connect, so that only launching is measured.
 pub const TYPE: &str = "ConfigSample";
 /// File of its module.
@@ -19,86 +25,130 @@ pub const MODULE: &str = "libconfig_sample.so";
 /// Arguments of `cargo xtask bench launch`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// On a local stack over Unix sockets (the only way in this version).
-    #[arg(long, required = true)]
-    local: bool,
+    /// Leave out what needs an SSH server.
+    #[arg(long)]
+    no_ssh: bool,
     #[command(flatten)]
     common: Common,
+}
+
+/// What is measured in one go: rows, and the time of each.
+struct Case<'a> {
+    rows: Vec<String>,
+    components: u32,
+    measure: Box<dyn FnMut() -> Result<Vec<Duration>> + 'a>,
+}
+
+impl<'a> Case<'a> {
+    fn one(row: &str, components: u32, mut run: impl FnMut() -> Result<Duration> + 'a) -> Self {
+        Self {
+            rows: vec![row.to_owned()],
+            components,
+            measure: Box::new(move || Ok(vec![run()?])),
+        }
+    }
 }
 
 /// Measures all rows, interleaved run by run, and prints them.
 pub fn run(args: &Args) -> Result<()> {
     let (profile, programs) = args.common.programs()?;
+    let server = match args.no_ssh {
+        true => None,
+        false => Some(Server::start()?),
+    };
     let stack = Stack::start(&programs)?;
-    let one = system(&stack, "one", false)?;
-    let ten = system(&stack, "ten", true)?;
-    let mut rows = [const { Vec::new() }; 4];
-    for run in 0..=args.common.runs {
-        let times = [
-            apply(&stack, "one", &one)?,
-            apply(&stack, "ten", &ten)?,
-            floors::dlopen_and_create(&programs.join(MODULE), stack.folder.path(), COMPONENTS)?,
-            floors::spawn_until_answer(
-                &programs.join("rts-manager"),
-                stack.folder.path(),
-                COMPONENTS,
-            )?,
-        ];
-        if run > 0 {
-            rows.iter_mut()
-                .zip(times)
-                .for_each(|(row, time)| row.push(time));
-        }
+    let mut cases = agent(&stack)?;
+    cases.extend(corpus::cases(&stack)?);
+    if let Some(server) = &server {
+        cases.extend(ssh(server, &stack, &programs));
     }
+    cases.extend(floor(&stack, &programs));
+    let rows = stats::take_turns(&mut cases, args.common.runs)?;
+    drop(cases);
     stack.stop()?;
-    let names = [
-        "agent-10-same",
-        "agent-10-separate",
-        "floor-dlopen",
-        "floor-spawn",
-    ];
-    let rows: Vec<_> = names
-        .iter()
-        .zip(rows)
-        .map(|(name, runs)| stats::Row::new(name, COMPONENTS, runs))
-        .collect();
     if !args.common.json {
-        println!(
-            "{COMPONENTS} components, {profile} build, `rtsctl apply` included in the agent rows"
-        );
+        println!("{profile} build, `rtsctl` included in the rows of agent and system");
     }
     stats::print(&rows, args.common.json)
 }
 
-/// Writes a profile of components that share a process, or have one each.
-fn system(stack: &Stack, name: &str, isolated: bool) -> Result<PathBuf> {
-    let components: String = (0..COMPONENTS)
-            .map(|i| {
-                format!(
-                    r#"<rts:Components rts:id="RTC:rtsctl:bench:{TYPE}:1.0" rts:instanceName="{name}{i}" rts:pathUri="localhost/{name}{i}.rtc" rts:compositeType="None" rts:isRequired="true">
-<rts:ExecutionContexts rts:id="0" rts:kind="PERIODIC" rts:rate="10.0"/>
-<rtsExt:Properties rtsExt:name="rtsctl.isolated" rtsExt:value="{isolated}"/>
-</rts:Components>
-"#
-                )
-            })
-            .collect();
-    let text = format!(
-        r#"<?xml version="1.0" encoding="UTF-8"?>
-<rts:RtsProfile rts:id="RTSystem:rtsctl:{name}:1.0" rts:version="0.2" rts:creationDate="2026-01-01T00:00:00" rts:updateDate="2026-01-01T00:00:00" xmlns:rts="http://www.openrtp.org/namespaces/rts" xmlns:rtsExt="http://www.openrtp.org/namespaces/rts_ext">
-{components}</rts:RtsProfile>
-"#
-    );
-    let file = stack.folder.path().join(format!("{name}.xml"));
-    std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
-    Ok(file)
+impl stats::Turn for Case<'_> {
+    fn rows(&self) -> (&[String], u32) {
+        (&self.rows, self.components)
+    }
+
+    fn run(&mut self) -> Result<Vec<Duration>> {
+        (self.measure)()
+    }
 }
 
-/// Time of one apply until it says converged; the system is taken down again afterwards.
-fn apply(stack: &Stack, name: &str, file: &Path) -> Result<Duration> {
-    let start = Instant::now();
-    stack.rtsctl(&["apply", &file.to_string_lossy()])?;
-    let took = start.elapsed();
-    stack.rtsctl(&["teardown", name, "--yes"])?;
-    Ok(took)
+/// `rtsctl apply` on a running stack.
+fn agent(stack: &Stack) -> Result<Vec<Case<'_>>> {
+    let folder = stack.folder.path();
+    let one = Profile::new("one", 1, true).write(folder)?;
+    let resident = Profile::new("added", 1, false).write(folder)?;
+    let added = Profile::new("added", 2, false).write_as("added-to", folder)?;
+    let same = Profile::new("same", MANY, false).write(folder)?;
+    let separate = Profile::new("separate", MANY, true).write(folder)?;
+    Ok(vec![
+        Case::one("agent-1-same", 1, move || {
+            apply(stack, &resident)?;
+            let took = apply(stack, &added);
+            teardown(stack, "added")?;
+            took
+        }),
+        case("agent-1-separate", 1, stack, "one", one),
+        case("agent-10-same", MANY, stack, "same", same),
+        case("agent-10-separate", MANY, stack, "separate", separate),
+    ])
+}
+
+fn case<'a>(
+    row: &str,
+    components: u32,
+    stack: &'a Stack,
+    system: &'static str,
+    file: PathBuf,
+) -> Case<'a> {
+    Case::one(row, components, move || {
+        let took = apply(stack, &file);
+        teardown(stack, system)?;
+        took
+    })
+}
+
+/// The manager of each component started by SSH.
+fn ssh<'a>(server: &'a Server, stack: &'a Stack, programs: &'a Path) -> Vec<Case<'a>> {
+    let row = |row, components, at_once| {
+        Case::one(row, components, move || {
+            ssh_loop::launch(server, programs, stack.folder.path(), components, at_once)
+        })
+    };
+    vec![
+        row("ssh-loop-1", 1, false),
+        row("ssh-loop-10", MANY, false),
+        row("ssh-at-once-10", MANY, true),
+    ]
+}
+
+/// What no launcher can beat.
+fn floor<'a>(stack: &'a Stack, programs: &Path) -> Vec<Case<'a>> {
+    let folder = stack.folder.path();
+    let (module, manager) = (programs.join(MODULE), programs.join("rts-manager"));
+    vec![
+        Case::one("floor-dlopen", MANY, move || {
+            floors::dlopen_and_create(&module, folder, MANY)
+        }),
+        Case::one("floor-spawn", MANY, move || {
+            floors::spawn_until_answer(&manager, folder, MANY)
+        }),
+    ]
+}
+
+fn apply(stack: &Stack, file: &Path) -> Result<Duration> {
+    stack.timed(&["apply", &file.to_string_lossy()])
+}
+
+fn teardown(stack: &Stack, system: &str) -> Result<Duration> {
+    stack.timed(&["teardown", system, "--yes"])
 }

@@ -3,9 +3,11 @@
 mod dataport;
 mod floors;
 mod heal;
+mod jitter;
 mod launch;
 mod plan;
 mod read;
+mod ssh;
 mod stack;
 mod stats;
 
@@ -50,7 +52,7 @@ impl Common {
 
 #[derive(Debug, Subcommand)]
 enum Bench {
-    /// Time to launch components, beside its floors.
+    /// Time to launch components, by our agent and by SSH, beside its floors.
     Launch(launch::Args),
     /// Time from the death of a process until its component is Active and connected again.
     Heal(heal::Args),
@@ -60,6 +62,8 @@ enum Bench {
     Read(read::Args),
     /// Latency, throughput and allocations of the transports of data ports, beside their floors.
     Dataport(dataport::Args),
+    /// How late the cycles of a 1 kHz component begin, with and without SCHED_FIFO and load.
+    Jitter(jitter::Args),
 }
 
 /// Runs one benchmark.
@@ -70,5 +74,6 @@ pub fn run(args: &Args) -> Result<()> {
         Bench::Plan(args) => plan::run(args),
         Bench::Read(args) => read::run(args),
         Bench::Dataport(args) => dataport::run(args),
+        Bench::Jitter(args) => jitter::run(args),
     }
 }

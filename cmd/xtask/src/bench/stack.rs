@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
@@ -36,8 +37,20 @@ impl Stack {
         self.rtsctl(&["down", "--yes"])
     }
 
+    /// The time of an `rtsctl`, which must succeed.
+    pub fn timed(&self, arguments: &[&str]) -> Result<Duration> {
+        let start = Instant::now();
+        self.rtsctl(arguments)?;
+        Ok(start.elapsed())
+    }
+
     /// Runs `rtsctl`, which must succeed.
     pub fn rtsctl(&self, arguments: &[&str]) -> Result<()> {
+        self.output(arguments).map(drop)
+    }
+
+    /// The same, and what it prints.
+    pub fn output(&self, arguments: &[&str]) -> Result<String> {
         let mut command = Command::new(&self.rtsctl);
         command
             .args(arguments)
@@ -54,7 +67,7 @@ impl Stack {
                 String::from_utf8_lossy(&output.stderr)
             );
         }
-        Ok(())
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 }
 

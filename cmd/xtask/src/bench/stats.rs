@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use anyhow::Result;
 use serde::Serialize;
 
 /// One row of a benchmark.
@@ -17,6 +18,39 @@ pub struct Row {
     pub min: f64,
     /// 95th percentile, milliseconds per component.
     pub p95: f64,
+    /// Components of a run.
+    pub components: u32,
+    /// Median of whole runs, milliseconds.
+    pub median_ms: f64,
+}
+
+/// Something that is measured in turns with others.
+pub trait Turn {
+    /// Names of the rows that it gives, and the components of a run.
+    fn rows(&self) -> (&[String], u32);
+    /// One run: a time for each row.
+    fn run(&mut self) -> Result<Vec<Duration>>;
+}
+
+/// Lets all take turns, so that what else the machine does hits them alike. The first round is not counted.
+pub fn take_turns(all: &mut [impl Turn], runs: u32) -> Result<Vec<Row>> {
+    let rows = all.iter().map(|turn| vec![Vec::new(); turn.rows().0.len()]);
+    let mut times: Vec<Vec<Vec<Duration>>> = rows.collect();
+    for run in 0..=runs {
+        for (turn, times) in all.iter_mut().zip(&mut times) {
+            let took = turn.run()?;
+            if run > 0 {
+                let rows = times.iter_mut().zip(took);
+                rows.for_each(|(row, time)| row.push(time));
+            }
+        }
+    }
+    let rows = all.iter().zip(times).flat_map(|(turn, times)| {
+        let (names, components) = turn.rows();
+        let rows = names.iter().zip(times);
+        rows.map(move |(name, runs)| Row::new(name, components, runs))
+    });
+    Ok(rows.collect())
 }
 
 impl Row {
@@ -32,12 +66,14 @@ impl Row {
             median_ms_per_component: at(0.5),
             min: at(0.0),
             p95: at(0.95),
+            components,
+            median_ms: at(0.5) * f64::from(components),
         }
     }
 }
 
 /// Prints rows as a table, or as `{"rows": […]}`.
-pub fn print(rows: &[Row], json: bool) -> anyhow::Result<()> {
+pub fn print(rows: &[Row], json: bool) -> Result<()> {
     if json {
         println!(
             "{}",
@@ -45,14 +81,29 @@ pub fn print(rows: &[Row], json: bool) -> anyhow::Result<()> {
         );
         return Ok(());
     }
+    // Of rows of one component each, the whole is the same.
+    let whole = rows.iter().any(|row| row.components > 1);
+    let last = |text: String| if whole { text } else { String::new() };
+    let width = rows.iter().map(|row| row.row.len()).fold(26, usize::max);
     println!(
-        "{:<26} {:>5} {:>10} {:>10} {:>10}   (ms per component)",
-        "ROW", "RUNS", "MIN", "MEDIAN", "P95"
+        "{:<width$} {:>5} {:>10} {:>10} {:>10}{}   (ms per component{})",
+        "ROW",
+        "RUNS",
+        "MIN",
+        "MEDIAN",
+        "P95",
+        last(format!(" {:>10}", "WHOLE")),
+        last(", and median of the whole run".to_owned()),
     );
     for row in rows {
         println!(
-            "{:<26} {:>5} {:>10.3} {:>10.3} {:>10.3}",
-            row.row, row.n, row.min, row.median_ms_per_component, row.p95
+            "{:<width$} {:>5} {:>10.3} {:>10.3} {:>10.3}{}",
+            row.row,
+            row.n,
+            row.min,
+            row.median_ms_per_component,
+            row.p95,
+            last(format!(" {:>10.2}", row.median_ms)),
         );
     }
     Ok(())

@@ -1,14 +1,16 @@
 //! What was, or should be, where no step says it: what goes, and what cannot be made now.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rts_schemas::system::Realtime;
 
 use crate::decide::{Decisions, Fate};
 use crate::index::{Facts, Live, Want};
 use crate::links::compare;
 use crate::links::{Join, Links};
-use crate::observed::ConnectorObserved;
+use crate::observed::{ComponentObserved, ConnectorObserved};
 use crate::plan::{Action, Change, FieldChange};
-use crate::render::fields::{Made, component};
+use crate::render::fields::{self, Made, component};
 use crate::take_down::Down;
 use crate::target;
 
@@ -22,8 +24,10 @@ pub(super) fn wanted(want: &Want<'_>) -> Vec<FieldChange> {
         configuration: &spec.configuration,
         execution_kind: spec.execution_context.kind,
         rate: spec.execution_context.rate,
+        execution_context: spec.execution_context.shared().as_ref(),
         on_disconnect: spec.policy.on_disconnect,
         stand_in: want.placed.stand_in.is_some(),
+        realtime: want.placed.realtime(),
     })
 }
 
@@ -36,6 +40,21 @@ pub(super) fn live(live: &Live<'_>) -> Vec<FieldChange> {
         ("manager", manager),
     ];
     of.map(|(field, old)| was(field, old)).into()
+}
+
+/// What differs in what its execution context has of its node, as the overlay says it.
+pub(super) fn resources(live: &ComponentObserved, want: &Want<'_>) -> Vec<FieldChange> {
+    let said = |asked: Option<&Realtime>| asked.map_or(Vec::new(), fields::resources);
+    let old = said(live.realtime.as_ref().map(|found| &found.asked));
+    let new = said(want.placed.realtime().as_ref());
+    let (old, new) = (BTreeMap::from_iter(old), BTreeMap::from_iter(new));
+    let names: BTreeSet<_> = old.keys().chain(new.keys()).copied().collect();
+    let changes = names.into_iter().map(|name| FieldChange {
+        field: name.to_owned(),
+        old: old.get(name).cloned(),
+        new: new.get(name).cloned(),
+    });
+    changes.filter(|change| change.old != change.new).collect()
 }
 
 /// A connector that goes.

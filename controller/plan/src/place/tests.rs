@@ -1,5 +1,6 @@
 //! Tests of placement.
 
+use rts_schemas::system::{ExecutionKind, SharedExecutionContext};
 use serde_json::json;
 
 use super::*;
@@ -153,7 +154,21 @@ fn a_system_that_goes_keeps_its_nodes_and_orders_but_nothing_else() {
 
 #[test]
 fn hash_covers_what_cannot_change_in_place() {
-    let hash = |t, d, m, k| recreate_hash(t, d, m, k, None);
+    let context = |kind, shared| Context {
+        kind,
+        shared,
+        realtime: None,
+    };
+    let hash = |t, d, m, k| recreate_hash(t, d, m, &context(k, None), None);
+    let shared = |name: &str, order, state: Option<&str>| {
+        let shared = SharedExecutionContext {
+            name: name.to_owned(),
+            order,
+            shared_state: state.map(str::to_owned),
+        };
+        let context = context(ExecutionKind::Periodic, Some(shared));
+        recreate_hash("T", Some("abc"), "main", &context, None)
+    };
     let first = hash("T", Some("abc"), "main", ExecutionKind::Periodic);
     assert_eq!(first.len(), 16);
     let others = [
@@ -162,8 +177,37 @@ fn hash_covers_what_cannot_change_in_place() {
         hash("T", None, "main", ExecutionKind::Periodic),
         hash("T", Some("abc"), "aux", ExecutionKind::Periodic),
         hash("T", Some("abc"), "main", ExecutionKind::Other),
+        shared("control", 1, None),
+        shared("slow", 1, None),
+        shared("control", 1, Some("Arm0")),
     ];
     assert!(others.iter().all(|other| *other != first));
+    let of = |resources| {
+        let components = json!([{"instance": "A", "type": "T", "resources": resources}]);
+        let placed = place(&[system("s", components)], &nodes(), "local");
+        let part = &placed.desired.nodes["local"].systems[0];
+        part.components[0].recreate_hash.clone()
+    };
+    let none = of(json!({}));
+    assert_eq!(
+        none,
+        of(json!({"memoryLimitBytes": 1_048_576, "required": false}))
+    );
+    let asked = [
+        json!({"cpus": "1"}),
+        json!({"cpus": "2"}),
+        json!({"realtimePriority": 1}),
+        json!({"lockMemory": true}),
+        json!({"lockMemory": true, "required": false}),
+    ];
+    let mut hashes: Vec<_> = asked.map(of).into();
+    hashes.push(none);
+    let number = hashes.len();
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), number);
+    assert!(others.iter().collect::<BTreeSet<_>>().len() == others.len());
+    assert_eq!(shared("control", 1, None), shared("control", 2, None));
 }
 
 #[test]

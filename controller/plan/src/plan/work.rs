@@ -1,7 +1,9 @@
 //! What a step does.
 
 use rts_schemas::stand_in::Shape;
-use rts_schemas::system::{Configuration, ExecutionKind, OnDisconnect};
+use rts_schemas::system::{
+    Configuration, ExecutionKind, OnDisconnect, Realtime, SharedExecutionContext,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -48,12 +50,18 @@ pub enum Work {
         execution_kind: ExecutionKind,
         /// Rate in Hz; `None` leaves the module's default.
         rate: Option<f64>,
+        /// The execution context that it shares; none for its own.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        execution_context: Option<SharedExecutionContext>,
         /// What it does by itself when a peer is lost.
         #[serde(default)]
         on_disconnect: OnDisconnect,
         /// What is made in its place; none for the component itself.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stand_in: Option<Shape>,
+        /// What its execution context is to have of its node; none for nothing of its own.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        realtime: Option<Realtime>,
     },
     /// Set configuration values, the active set and the rate of a component in place.
     Configure {
@@ -68,6 +76,9 @@ pub enum Work {
         /// What it does by itself when a peer is lost; `None` leaves it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on_disconnect: Option<OnDisconnect>,
+        /// Place in the order of its execution context; `None` leaves it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        order: Option<i32>,
     },
     /// Connect two ports. Carried out on the node of the source.
     Connect {

@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rts_schemas::system::{Configuration, ConnectorSpec, ExecutionKind, OnDisconnect};
+use rts_schemas::system::{
+    Configuration, ConnectorSpec, ExecutionKind, OnDisconnect, Realtime, SharedExecutionContext,
+};
 
 use crate::plan::{Action, Change, FieldChange, Plan, Step, Work};
 
 /// The changes with the fields of what is added too, as far as there are steps for it: of a component `type`, `node`,
-/// `manager`, `rate`, `executionKind`, `onDisconnect` and `configuration.…`, of a connector `dataType` and
+/// `manager`, `rate`, `executionKind`, `executionContext`, `onDisconnect` and `configuration.…`, of a connector `dataType` and
 /// `properties.…`, of a process `node`. All new; what is left to a default is not among them.
 pub fn details(plan: &Plan) -> Vec<Change> {
     let adds = plan.changes.iter().filter(|c| is_bare(c));
@@ -57,8 +59,10 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
+            realtime,
             ..
         } => Some(component(&Made {
             node: &step.node,
@@ -67,8 +71,10 @@ fn fields(step: &Step) -> Option<Vec<FieldChange>> {
             configuration,
             execution_kind: *execution_kind,
             rate: *rate,
+            execution_context: execution_context.as_ref(),
             on_disconnect: *on_disconnect,
             stand_in: stand_in.is_some(),
+            realtime: realtime.clone(),
         })),
         Work::Connect { connector } => Some(self::connector(&connector.spec)),
         _ => None,
@@ -83,8 +89,10 @@ pub(crate) struct Made<'a> {
     pub configuration: &'a Configuration,
     pub execution_kind: ExecutionKind,
     pub rate: Option<f64>,
+    pub execution_context: Option<&'a SharedExecutionContext>,
     pub on_disconnect: OnDisconnect,
     pub stand_in: bool,
+    pub realtime: Option<Realtime>,
 }
 
 /// The same as fields, all new.
@@ -103,8 +111,16 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
     if let Some(rate) = made.rate {
         fields.push(added("rate", rate.to_string()));
     }
+    if let Some(shared) = made.execution_context {
+        fields.push(added("executionContext", &shared.name));
+        fields.push(added("executionContext.order", shared.order.to_string()));
+    }
     if made.on_disconnect != OnDisconnect::Keep {
         fields.push(added("onDisconnect", made.on_disconnect.as_str()));
+    }
+    if let Some(realtime) = &made.realtime {
+        let resources = resources(realtime).into_iter();
+        fields.extend(resources.map(|(field, value)| added(field, value)));
     }
     if let Some(active) = &made.configuration.active {
         fields.push(added("configuration.active", active));
@@ -115,6 +131,28 @@ pub(crate) fn component(made: &Made<'_>) -> Vec<FieldChange> {
         }
     }
     fields
+}
+
+/// What an execution context is to have of its node, by the keys of an overlay. What is as usual is not said.
+pub(crate) fn resources(asked: &Realtime) -> Vec<(&'static str, String)> {
+    let all = [
+        ("resources.cpus", asked.cpus.clone()),
+        (
+            "resources.realtimePriority",
+            asked.priority.map(|priority| priority.to_string()),
+        ),
+        (
+            "resources.lockMemory",
+            asked.lock_memory.then(|| "true".to_owned()),
+        ),
+        (
+            "resources.required",
+            (!asked.required).then(|| "false".to_owned()),
+        ),
+    ];
+    let said = all.into_iter();
+    said.filter_map(|(field, value)| Some((field, value?)))
+        .collect()
 }
 
 /// What a connector is made with.

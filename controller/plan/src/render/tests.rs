@@ -106,9 +106,11 @@ fn create() -> Work {
             sets: BTreeMap::from([("default".to_owned(), BTreeMap::from(values))]),
         },
         execution_kind: ExecutionKind::Periodic,
+        execution_context: None,
         rate: Some(100.0),
         on_disconnect: OnDisconnect::Deactivate,
         stand_in: None,
+        realtime: None,
     }
 }
 

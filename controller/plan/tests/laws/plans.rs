@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
-use rts_plan::place::recreate_hash;
+use rts_plan::place::{Context, recreate_hash};
 use rts_plan::plan;
 use rts_plan::plan::Work;
 use rts_schemas::system::DriftPolicy;
@@ -215,7 +215,7 @@ proptest! {
             let place = |instance: &str| part.components.iter().find(|p| p.spec.instance == instance && p.manager == manager.key.name);
             let old_code = part.components.iter().any(|p| p.stand_in.is_none() && p.manager == manager.key.name && manager.opened.get(&p.spec.type_name).is_some_and(|opened| Some(opened) != p.module_digest.as_ref()));
             let changed = old_code || manager.components.iter().any(|c| place(&c.instance).is_some_and(|p| {
-                let with_new_module = recreate_hash(&c.type_name, p.module_digest.as_deref(), &p.manager, c.execution_kind, None);
+                let with_new_module = recreate_hash(&c.type_name, p.module_digest.as_deref(), &p.manager, &Context::found(c), None);
                 p.stand_in.is_none() && !c.stand_in && p.spec.type_name == c.type_name && with_new_module != c.recreate_hash
             }));
             for component in &manager.components {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rts_plan::desired::{ManagerKey, PlacedConnector};
 use rts_plan::mark::Mark;
-use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved};
+use rts_plan::observed::{ComponentObserved, LifeCycleState, ManagerObserved, RealtimeObserved};
 use rts_plan::plan::{Plan, Step, StepId, Work};
 use rts_plan::target::on;
 use rts_schemas::system::Configuration;
@@ -163,6 +163,7 @@ impl World {
                 configuration,
                 rate,
                 on_disconnect,
+                order,
             } => {
                 let component = self.find(node, manager, instance)?;
                 if let Some(on_disconnect) = on_disconnect {
@@ -185,6 +186,9 @@ impl World {
                         .clone_from(&configuration.active);
                 }
                 component.rate = rate.unwrap_or(component.rate);
+                if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                    shared.order = *order;
+                }
                 Ok(())
             }
             Work::Connect { connector } => self.connect(step, node, connector),
@@ -270,8 +274,10 @@ impl World {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
+            realtime,
             ..
         } = &step.work
         else {
@@ -295,9 +301,14 @@ impl World {
             self.new_component(instance, type_name, step.system.clone(), recreate_hash);
         component.configuration.clone_from(configuration);
         component.execution_kind = *execution_kind;
+        component.execution_context.clone_from(execution_context);
         component.on_disconnect = *on_disconnect;
         component.stand_in = stand_in.is_some();
         component.rate = rate.unwrap_or(component.rate);
+        component.realtime = realtime.clone().map(|asked| RealtimeObserved {
+            asked,
+            ..RealtimeObserved::default()
+        });
         let wanted = self.digest(step, type_name);
         let manager = self.manager(node, key)?;
         check(

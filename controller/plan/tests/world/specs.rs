@@ -192,6 +192,9 @@ fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
     spec.policy.reset_on_error = reset;
     spec.policy.on_disconnect = on_disconnect(policy);
     spec.policy.drift = drift_policy(drift);
+    // All laws hold for these as well.
+    spec.execution_context.name = (gain != 1).then(|| "control".to_owned());
+    spec.execution_context.order = i32::from(rate);
     if event && manager == 3 {
         spec.execution_context.kind = ExecutionKind::EventDriven;
     }

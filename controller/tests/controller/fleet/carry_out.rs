@@ -10,6 +10,7 @@ use rts_plan::desired::ManagerKey;
 use rts_plan::mark::Mark;
 use rts_plan::observed::{
     ComponentObserved, ConnectorObserved, ConnectorState, LifeCycleState, ManagerObserved,
+    RealtimeObserved,
 };
 use rts_plan::plan::{Step, Work};
 use tokio::sync::watch;
@@ -183,8 +184,10 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             execution_kind,
             rate,
+            execution_context,
             on_disconnect,
             stand_in,
+            realtime,
         } => at(state, &manager).components.push(ComponentObserved {
             instance,
             type_name,
@@ -201,9 +204,15 @@ fn change(state: &mut State, step: &Step) {
             hangs: None,
             on_disconnect,
             execution_kind,
+            execution_context,
+            runs_with: Vec::new(),
             rate: rate.unwrap_or(1000.0),
             executions: 0,
             timing: None,
+            realtime: realtime.map(|asked| RealtimeObserved {
+                asked,
+                ..RealtimeObserved::default()
+            }),
             ports: Vec::new(),
             connectors: Vec::new(),
             bindings: Vec::new(),
@@ -215,6 +224,7 @@ fn change(state: &mut State, step: &Step) {
             configuration,
             rate,
             on_disconnect,
+            order,
         } => {
             let component = component(state, &manager, &instance);
             let mut mark = Mark::of(component);
@@ -225,6 +235,9 @@ fn change(state: &mut State, step: &Step) {
             }
             if let Some(rate) = rate {
                 component.rate = rate;
+            }
+            if let (Some(order), Some(shared)) = (order, &mut component.execution_context) {
+                shared.order = order;
             }
             if configuration.active.is_some() {
                 component.configuration.active = configuration.active;

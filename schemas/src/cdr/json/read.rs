@@ -4,9 +4,10 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Map, Value as Json};
 
-use super::{BASE64, DISCRIMINATOR, EXACT};
+use super::{BASE64, EXACT};
 use crate::cdr::encode::bounded;
 use crate::cdr::shape::{Shape, chosen, discriminator, is_octet, shape};
+use crate::cdr::walk::DISCRIMINATOR;
 use crate::cdr::{DEEPEST, Error, Reason, Value, quad, zero};
 use crate::idl::{EnumType, Primitive, StructType, Type, Union, UnionCase, Unit};
 use crate::suggest;
@@ -42,7 +43,7 @@ impl Reader<'_> {
             (Shape::Union(union), Json::Object(map)) => self.union(union, map, depth)?,
             (Shape::Sequence(element, bound), json) => {
                 let value = self.elements(element, &[], json, depth)?;
-                let length = crate::cdr::encode::length_of(&value)?;
+                let length = crate::cdr::walk::length_of(&value)?;
                 bounded(length, bound)?;
                 value
             }
@@ -138,7 +139,7 @@ impl Reader<'_> {
             return Err(Reason::Deep.into());
         }
         let value = self.elements(element, inner, json, depth)?;
-        let (found, length) = (crate::cdr::encode::length_of(&value)?, *length);
+        let (found, length) = (crate::cdr::walk::length_of(&value)?, *length);
         if found != length as usize {
             return Err(Reason::Length { found, length }.into());
         }

@@ -1,4 +1,4 @@
-//! What `#if` asks: `defined`, numbers, comparisons, `!`, `&&` and `||`.
+//! What `#if` asks: `defined`, and the operators of C but `?:`.
 
 use super::super::token::{At, Token};
 use super::Preprocessor;
@@ -14,12 +14,12 @@ impl Preprocessor<'_> {
             words: &words,
             next: 0,
             depth: 0,
-            has: &|name| self.macros.get(name).map(Vec::as_slice),
+            has: &|name| self.macros.get(name).map(AsRef::as_ref),
         };
         let value = question.binary(0).filter(|_| question.next == words.len());
         if value.is_none() {
             let at = words.get(question.next).map_or(at, |(_, at)| *at);
-            let help = "understood are `defined NAME`, whole numbers, macros that stand for one, comparisons, `!`, `&&`, `||` and parentheses";
+            let help = "understood are `defined NAME`, whole numbers, macros that stand for one, the operators of C but `?:`, and parentheses";
             self.findings.error(
                 "idl-bad-directive",
                 at,
@@ -39,7 +39,18 @@ struct Question<'a> {
 }
 
 /// Operators, those that bind loosest first.
-const LEVELS: [&[&str]; 4] = [&["||"], &["&&"], &["==", "!="], &["<=", ">=", "<", ">"]];
+const LEVELS: [&[&str]; 10] = [
+    &["||"],
+    &["&&"],
+    &["|"],
+    &["^"],
+    &["&"],
+    &["==", "!="],
+    &["<=", ">=", "<", ">"],
+    &["<<", ">>"],
+    &["+", "-"],
+    &["*", "/", "%"],
+];
 
 impl Question<'_> {
     fn symbol(&self) -> Option<&'static str> {
@@ -63,16 +74,7 @@ impl Question<'_> {
         while let Some(symbol) = self.symbol().filter(|symbol| operators.contains(symbol)) {
             self.next += 1;
             let right = self.binary(level + 1)?;
-            left = i128::from(match symbol {
-                "||" => left != 0 || right != 0,
-                "&&" => left != 0 && right != 0,
-                "==" => left == right,
-                "!=" => left != right,
-                "<=" => left <= right,
-                ">=" => left >= right,
-                "<" => left < right,
-                _ => left > right,
-            });
+            left = binary(symbol, left, right)?;
         }
         Some(left)
     }
@@ -92,7 +94,13 @@ impl Question<'_> {
             return self.unary().map(|value| i128::from(value == 0));
         }
         if self.takes("-") {
-            return self.unary().map(|value| -value);
+            return self.unary()?.checked_neg();
+        }
+        if self.takes("+") {
+            return self.unary();
+        }
+        if self.takes("~") {
+            return self.unary().map(|value| !value);
         }
         if self.takes("(") {
             let value = self.binary(0)?;
@@ -134,4 +142,29 @@ impl Question<'_> {
         self.next += 1;
         (!is_enclosed || self.takes(")")).then_some(value)
     }
+}
+
+/// None where there is no value: a division by zero, or a number that is too large.
+fn binary(symbol: &str, left: i128, right: i128) -> Option<i128> {
+    let shift = || u32::try_from(right).ok().filter(|by| *by < 64);
+    Some(match symbol {
+        "||" => i128::from(left != 0 || right != 0),
+        "&&" => i128::from(left != 0 && right != 0),
+        "|" => left | right,
+        "^" => left ^ right,
+        "&" => left & right,
+        "==" => i128::from(left == right),
+        "!=" => i128::from(left != right),
+        "<=" => i128::from(left <= right),
+        ">=" => i128::from(left >= right),
+        "<" => i128::from(left < right),
+        ">" => i128::from(left > right),
+        "<<" => left.checked_mul(1 << shift()?)?,
+        ">>" => left >> shift()?,
+        "+" => left.checked_add(right)?,
+        "-" => left.checked_sub(right)?,
+        "*" => left.checked_mul(right)?,
+        "/" => left.checked_div(right)?,
+        _ => left.checked_rem(right)?,
+    })
 }

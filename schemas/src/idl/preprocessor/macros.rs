@@ -1,5 +1,7 @@
 //! `#define`: names that stand for words.
 
+use std::rc::Rc;
+
 use super::super::limits;
 use super::super::token::{At, Token};
 use super::{Piece, Preprocessor};
@@ -19,10 +21,10 @@ impl Preprocessor<'_> {
             let message = format!("the macro `{name}` has parameters, which is not supported");
             let help = "write out what it stands for";
             self.findings.error("idl-not-supported", at, message, help);
-            self.macros.insert(name, Vec::new());
+            self.macros.insert(name, Rc::default());
             return;
         }
-        let words = words.into_iter().map(|(token, _)| token).collect();
+        let words: Rc<[Token]> = words.into_iter().map(|(token, _)| token).collect();
         let before = self.macros.get(&name);
         if before.is_some_and(|before| *before != words) {
             let message = format!("the macro `{name}` stands for something else already");
@@ -42,7 +44,6 @@ impl Preprocessor<'_> {
         }
         let mut words = Vec::new();
         let fits = self.expansion(name, &mut Vec::new(), &mut words);
-        self.expanded += words.len();
         if !fits {
             self.expanded = limits::EXPANDED;
             let message = format!("macros stand for more than {} words", limits::EXPANDED);
@@ -55,13 +56,18 @@ impl Preprocessor<'_> {
         true
     }
 
-    /// What a name stands for; a macro within itself is left as it is.
-    fn expansion(&self, name: &str, within: &mut Vec<String>, words: &mut Vec<Token>) -> bool {
-        let Some(body) = self.macros.get(name) else {
+    /// What a name stands for; a macro within itself is left as it is. Each word of each macro counts, also a name that
+    /// stands for nothing.
+    fn expansion(&mut self, name: &str, within: &mut Vec<String>, words: &mut Vec<Token>) -> bool {
+        let Some(body) = self.macros.get(name).map(Rc::clone) else {
             return true;
         };
+        self.expanded += body.len();
+        if self.expanded > limits::EXPANDED {
+            return false;
+        }
         within.push(name.to_owned());
-        for token in body {
+        for token in body.iter() {
             let inner = match token {
                 Token::Identifier(inner) => Some(inner)
                     .filter(|inner| self.macros.contains_key(*inner) && !within.contains(inner)),
@@ -71,7 +77,7 @@ impl Preprocessor<'_> {
                 Some(inner) => within.len() < DEPTH && self.expansion(inner, within, words),
                 None => {
                     words.push(token.clone());
-                    self.expanded + words.len() <= limits::EXPANDED
+                    true
                 }
             };
             if !fits {

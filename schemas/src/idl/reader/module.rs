@@ -26,9 +26,10 @@ impl Reader<'_> {
                     reader.recover();
                 }
             }
+            let closed = reader.expect("}", &format!("close the module `{name}`"));
             reader.scope = outer;
             reader.prefix = prefix;
-            reader.expect("}", &format!("close the module `{name}`"))
+            closed
         })
     }
 }

@@ -3,15 +3,21 @@
 use super::super::names::{ScopedName, What};
 use super::super::preprocessor::Pragma;
 use super::super::token::At;
-use super::Reader;
+use super::{Prefix, Reader};
 
 impl Reader<'_> {
     /// Does what a pragma says, here.
     pub(super) fn pragma(&mut self, pragma: Pragma, at: At) {
         match pragma {
+            Pragma::Prefix(_) if self.open > 0 => {
+                let message =
+                    "a prefix stands within a struct, a union, an exception or an interface";
+                let help = "write it before the definition: it holds for what comes behind it in its module or file";
+                self.error("idl-bad-directive", at, message, help);
+            }
             Pragma::Prefix(prefix) => {
                 self.charge(prefix.len(), at);
-                self.prefix = prefix;
+                self.prefix = self.prefix_here(prefix);
             }
             Pragma::Id { name, id } => self.set_id(&name, at, |_| id),
             Pragma::Version { name, version } => self.set_id(&name, at, |old| {
@@ -19,6 +25,12 @@ impl Reader<'_> {
                 format!("{stem}:{version}")
             }),
         }
+    }
+
+    /// A prefix that begins in this scope; names of the scopes around it are not part of ids, as in omniORB.
+    pub(super) fn prefix_here(&self, text: String) -> Prefix {
+        let outer = self.path(self.scope).len();
+        Prefix { text, outer }
     }
 
     fn set_id(&mut self, name: &str, at: At, id: impl FnOnce(&str) -> String) {

@@ -1,11 +1,22 @@
 //! Unions.
 
+use std::collections::BTreeMap;
+
 use super::super::model::{ConstantValue, Kind, Label, Primitive, Type, Union, UnionCase};
 use super::super::names::What;
 use super::super::token::At;
 use super::evaluate::Goal;
 use super::types::Position;
 use super::{Parsed, Reader};
+
+/// The labels of a union so far.
+#[derive(Default)]
+struct Labels {
+    places: BTreeMap<String, At>,
+    /// Those that are values.
+    values: usize,
+    default: Option<At>,
+}
 
 impl Reader<'_> {
     /// `union name switch (type) { case …: … }`, or only `union name` where it may be announced.
@@ -66,7 +77,7 @@ impl Reader<'_> {
             self.error("idl-syntax", at, message, "a union has at least one case");
         }
         let mut cases = Vec::new();
-        let mut labels = Vec::new();
+        let mut labels = Labels::default();
         let result = self.parts(&format!("the union `{name}`"), |reader| {
             let case = reader.case(&goal, &mut labels)?;
             cases.extend(case);
@@ -77,7 +88,7 @@ impl Reader<'_> {
     }
 
     /// `case 1: case 2: type name;`
-    fn case(&mut self, goal: &Goal, all: &mut Vec<(Label, At)>) -> Parsed<Option<UnionCase>> {
+    fn case(&mut self, goal: &Goal, all: &mut Labels) -> Parsed<Option<UnionCase>> {
         let mut labels = Vec::new();
         loop {
             let at = self.at;
@@ -118,19 +129,21 @@ impl Reader<'_> {
         }))
     }
 
-    fn one_label(&mut self, label: &Label, at: At, all: &mut Vec<(Label, At)>) {
-        match all.iter().find(|(known, _)| known == label) {
-            Some((_, known)) => {
-                let place = self.input.findings.shown(*known);
-                let help = format!("leave out one of them; the other is at {place}");
-                self.error("idl-bad-label", at, "this label stands twice", help);
-            }
-            None => all.push((label.clone(), at)),
+    fn one_label(&mut self, label: &Label, at: At, all: &mut Labels) {
+        // As text, since a constant may hold a number without an order.
+        if let Some(known) = all.places.insert(format!("{label:?}"), at) {
+            let place = self.input.findings.shown(known);
+            let help = format!("leave out one of them; the other is at {place}");
+            self.error("idl-bad-label", at, "this label stands twice", help);
+        } else if *label == Label::Default {
+            all.default = Some(at);
+        } else if !matches!(label, Label::Value(ConstantValue::Text(_))) {
+            all.values += 1;
         }
     }
 
     /// `default` must be able to happen.
-    fn all_labels(&mut self, goal: &Goal, labels: &[(Label, At)]) {
+    fn all_labels(&mut self, goal: &Goal, labels: &Labels) {
         let count = match goal {
             Goal::Boolean => 2,
             Goal::Enum(index) => match &self.definitions[*index].kind {
@@ -140,17 +153,9 @@ impl Reader<'_> {
             Goal::Char => 256,
             _ => return,
         };
-        let is_value = |label: &Label| {
-            let Label::Value(value) = label else {
-                return false;
-            };
-            !matches!(value, ConstantValue::Text(_))
-        };
-        let values = labels.iter().filter(|(label, _)| is_value(label)).count();
-        let default = labels.iter().find(|(label, _)| *label == Label::Default);
-        if let Some((_, at)) = default.filter(|_| values >= count) {
+        if let Some(at) = labels.default.filter(|_| labels.values >= count) {
             let help = "leave it out: each value has a case of its own";
-            self.error("idl-bad-label", *at, "no value is left for `default`", help);
+            self.error("idl-bad-label", at, "no value is left for `default`", help);
         }
     }
 }

@@ -57,6 +57,7 @@ async fn values_are_configured_and_marks_are_kept_and_forgotten() {
         active: None,
         rate: Some(20.0),
         on_disconnect: Some("stop".to_owned()),
+        order: None,
         by_hand: by_hand.map(str::to_owned),
     };
     insta::assert_snapshot!(caller.refused(configure("pain", None)).await, @"Invalid: A: there is no parameter `pain`");

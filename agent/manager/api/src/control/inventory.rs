@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::SystemId;
+use super::{RealtimeInfo, SystemId};
 
 /// What a module says of itself.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -140,6 +140,9 @@ pub struct ComponentInfo {
     pub on_disconnect: Option<String>,
     /// `periodic`, `eventDriven` or `other`.
     pub execution_kind: String,
+    /// The execution context that it shares; none for its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<ExecutionContextInfo>,
     /// Rate in Hz.
     pub rate: f64,
     /// `on_execute` calls.
@@ -147,6 +150,9 @@ pub struct ComponentInfo {
     /// How its execution context keeps its time; none before the first cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingInfo>,
+    /// What its execution context has of the machine; none where nothing was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeInfo>,
     /// Ports.
     pub ports: Vec<PortInfo>,
     /// Connectors of its out-ports.
@@ -156,6 +162,21 @@ pub struct ComponentInfo {
     /// What a person changed since the plan last did; none from a manager that does not keep it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_hand: Option<ByHandInfo>,
+}
+
+/// An execution context that components share, at one of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ExecutionContextInfo {
+    /// Its name.
+    pub name: String,
+    /// Place of this component.
+    pub order: i32,
+    /// Name of the composite whose members share their state with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
+    /// All of them, in the order in which they run.
+    pub members: Vec<String>,
 }
 
 /// What a person changed in a component: marks, opaque here, as the requests brought them.
@@ -179,6 +200,9 @@ pub struct ByHandInfo {
 pub struct TimingInfo {
     /// Cycles of a periodic one that were not over when the next was due.
     pub overruns: u64,
+    /// Cycles in the last whole second; none before there was one, or from a manager that does not count them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<u64>,
     /// How long cycles took.
     pub execution: DurationInfo,
     /// How late cycles of a periodic one began.
@@ -186,7 +210,7 @@ pub struct TimingInfo {
     pub jitter: Option<DurationInfo>,
 }
 
-/// Durations in nanoseconds, the median and the 99th percentile to a quarter.
+/// Durations in nanoseconds, the shares to a quarter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct DurationInfo {
@@ -196,6 +220,9 @@ pub struct DurationInfo {
     pub median: u64,
     /// 99 of 100 are below.
     pub p99: u64,
+    /// 999 of 1000 are below; 0 from a manager that does not say.
+    #[serde(default)]
+    pub p999: u64,
     /// The longest.
     pub max: u64,
     /// How many are below each power of two and not below half of it, where there are any.
@@ -233,7 +260,7 @@ pub struct ConnectorInfo {
     pub by_hand: Option<String>,
     /// `Connected`, `Connecting`, `Disconnected`.
     pub state: String,
-    /// `direct` or `uds`.
+    /// `direct`, `shm`, `uds` or `tcp`; empty before it was connected.
     pub transport: String,
     /// Samples written to it.
     pub samples_sent: u64,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByHandInfo, StandInShape, SystemId};
+use super::{ByHandInfo, RealtimeRequest, StandInShape, SystemId};
 
 /// A request. Responses may come in another order than the requests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,6 +54,9 @@ pub enum RequestBody {
         /// `keep`, `deactivate` or `stop` when a peer is lost; none leaves it. Since version 2.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on_disconnect: Option<String>,
+        /// New place in the order of a shared execution context; none leaves it. Since version 2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        order: Option<i32>,
         /// Done by a person: the mark to keep and report ([`ByHandInfo`]). None: by the plan, which ends the mark.
         ///
         /// [`ByHandInfo`]: super::ByHandInfo
@@ -138,17 +141,32 @@ impl RequestBody {
         match &mut self {
             Self::Configure {
                 on_disconnect,
+                order,
                 by_hand,
                 ..
             } => {
                 *on_disconnect = None;
+                *order = None;
                 *by_hand = None;
             }
-            Self::Create(CreateRequest { on_disconnect, .. }) => *on_disconnect = None,
+            Self::Create(CreateRequest {
+                on_disconnect,
+                realtime,
+                execution_kind,
+                ..
+            }) => {
+                *on_disconnect = None;
+                *realtime = None;
+                if execution_kind.is_empty() {
+                    "periodic".clone_into(execution_kind);
+                }
+            }
             Self::LoadModule { digest, .. } => *digest = None,
-            Self::Disconnect { by_hand, .. }
-            | Self::Deactivate { by_hand, .. }
-            | Self::Connect(ConnectRequest { by_hand, .. }) => *by_hand = None,
+            Self::Disconnect { by_hand, .. } | Self::Deactivate { by_hand, .. } => *by_hand = None,
+            Self::Connect(request) => {
+                request.by_hand = None;
+                request.between_nodes = false;
+            }
             _ => {}
         }
         self
@@ -173,7 +191,8 @@ pub struct CreateRequest {
     pub sets: BTreeMap<String, BTreeMap<String, String>>,
     /// Active set.
     pub active: Option<String>,
-    /// `periodic`, `eventDriven` or `other` (driven from outside by `Tick`); empty for what the module wants.
+    /// `periodic`, `eventDriven` or `other` (driven from outside by `Tick`); empty for what the module wants. Since
+    /// version 2 it may be empty.
     pub execution_kind: String,
     /// Rate in Hz; none for the module's default.
     pub rate: Option<f64>,
@@ -185,6 +204,27 @@ pub struct CreateRequest {
     /// A stand-in is made, of this and without a module. Since version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<StandInShape>,
+    /// What its execution context is to have of the machine; none for nothing of its own. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeRequest>,
+    /// The execution context that it shares with others; none for one of its own. Since version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<Box<ExecutionContextRequest>>,
+}
+
+/// An execution context that components of one manager share.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ExecutionContextRequest {
+    /// Its name.
+    pub name: String,
+    /// Place among its components: lower numbers run first, those with the same by name.
+    #[serde(default)]
+    pub order: i32,
+    /// Name of the composite whose members share their state with it: an error of one is that of all, and they are
+    /// deactivated and reset together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_state: Option<String>,
 }
 
 /// An in-port end that waits for its connector.
@@ -219,6 +259,9 @@ pub struct ConnectRequest {
     pub target_socket: Option<String>,
     /// Incarnation that the target must have.
     pub target_incarnation: String,
+    /// The target is on another node. Since version 2.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub between_nodes: bool,
     /// Connector properties, reported back.
     pub properties: BTreeMap<String, String>,
     /// Done by a person: reported back with the connector.
@@ -238,11 +281,12 @@ mod tests {
             active: None,
             rate: None,
             on_disconnect: Some("stop".to_owned()),
+            order: Some(3),
             by_hand: Some("mark".to_owned()),
         };
         let text =
             |version| serde_json::to_string(&configure.clone().for_version(version)).unwrap();
-        assert!(text(2).contains(r#""onDisconnect":"stop","byHand":"mark""#));
+        assert!(text(2).contains(r#""onDisconnect":"stop","order":3,"byHand":"mark""#));
         assert!(!text(1).contains("onDisconnect") && !text(1).contains("byHand"));
     }
 }

@@ -69,7 +69,10 @@ fn tweak(world: &mut World, nth: usize, what: u8) {
     let connector = spec.connectors.get_mut(nth % other);
     match what {
         0 => set(component, "gain", "7"),
-        1 => component.execution_context.rate = Some(20.0),
+        1 => {
+            component.execution_context.rate = Some(20.0);
+            component.execution_context.order += 5;
+        }
         2 => component.execution_context.kind = ExecutionKind::EventDriven,
         3 => component.placement.isolated = !component.placement.isolated,
         4 => {
@@ -408,7 +411,8 @@ fn configured(spec: &ComponentSpec, live: &ComponentObserved) -> bool {
     });
     let rate = spec.execution_context.rate;
     let policy = spec.policy.on_disconnect == live.on_disconnect;
-    values && policy && rate.is_none_or(|rate| rate == live.rate)
+    let shared = spec.execution_context.shared() == live.execution_context;
+    values && policy && shared && rate.is_none_or(|rate| rate == live.rate)
 }
 
 /// Ids count from 1 and every edge leads backwards; blocked targets get no step.
