@@ -9,6 +9,7 @@ mod error;
 mod json;
 mod quad;
 mod shape;
+mod swap;
 #[cfg(test)]
 mod tests;
 mod value;
@@ -18,6 +19,7 @@ pub use decode::decode;
 pub use encode::encode;
 pub use error::{Error, Reason};
 pub use json::{from_json, to_json};
+pub use swap::swap;
 pub use value::{Value, zero};
 
 /// Order of the bytes of a number.

@@ -1,11 +1,15 @@
 //! What the properties of a data connector say: how samples travel, where they wait, and what happens when there is no
 //! room or nothing to read. The names are those of OpenRTM-aist; docs/connectors.md has them as a table.
 
+mod names;
 mod reach;
 mod read;
 
 use std::time::Duration;
 
+use crate::cdr::Endian;
+
+pub use names::meant;
 pub use reach::{Distance, OutOfReach};
 pub use read::{Fault, read};
 
@@ -31,8 +35,8 @@ pub struct ConnectorSettings {
     pub subscription: Subscription,
     /// What reaches the other end.
     pub interface: Interface,
-    /// `dataport.serializer.cdr.endian` as written; empty when nothing is said.
-    pub endian: String,
+    /// Order of the bytes of samples between two processes.
+    pub endian: Endian,
     /// At the out-port end.
     pub out_buffer: BufferSettings,
     /// At the in-port end.
@@ -145,7 +149,7 @@ impl Default for ConnectorSettings {
             dataflow: Dataflow::Push,
             subscription: Subscription::Flush,
             interface: Interface::Best,
-            endian: String::new(),
+            endian: Endian::Little,
             out_buffer: BufferSettings::default(),
             in_buffer: BufferSettings::default(),
         }

@@ -150,7 +150,10 @@ impl TestHost {
         // SAFETY: the instance is alive; the texts live until the call returns.
         let code =
             unsafe { (self.module.configure)(self.instance, text::lend(name), text::lend(value)) };
-        outcome(&self.shared.state, code)
+        outcome(&self.shared.state, code).map_err(|failure| Failure {
+            reason: format!("parameter `{name}` = `{value}`: {}", failure.reason),
+            ..failure
+        })
     }
 
     /// Calls one of [`abi::callback`].

@@ -247,7 +247,9 @@ fn connector(instance: &str, info: ConnectorInfo, arrivals: &Arrivals) -> Connec
     let key = (info.name.clone(), end, target.port.clone());
     // An end that is not known, elsewhere or gone, adds nothing.
     let arrived = arrivals.get(&key).copied().unwrap_or_default();
-    let arrived = arrived.within(info.samples_sent, info.drops);
+    // What was refused was not sent.
+    let gone = info.drops.saturating_sub(info.refused);
+    let arrived = arrived.within(info.samples_sent, gone);
     ConnectorObserved {
         name: info.name,
         source: PortRef {
@@ -390,6 +392,7 @@ mod tests {
             samples_sent: sent,
             bytes: 0,
             drops,
+            refused: 0,
             rate: 0,
         });
         b.bindings.push(BindingInfo {

@@ -259,6 +259,7 @@ impl Fake {
                     samples_sent: 9,
                     bytes: 0,
                     drops: 0,
+                    refused: 0,
                     rate: 0,
                 });
             }

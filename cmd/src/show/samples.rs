@@ -39,6 +39,7 @@ fn object<S, T>(kind: Kind, name: &str, spec: S, status: T) -> Object<S, T> {
 /// The hello system, converged.
 pub fn system() -> System {
     let spec = SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: "RTSystem:rtsctl:hello:1.0".to_owned(),
         components: Vec::new(),
@@ -116,14 +117,14 @@ fn component(name: &str, type_name: &str, system: &str, manager: &str, state: &s
         drift: system.is_empty(),
         rate: Some(100.0),
         executions: 12_000,
+        timing: (system == "hello").then(timing),
+        realtime: (name == "Sine0").then(realtime),
         ports: vec![PortObserved {
             name: "out".to_owned(),
             kind: PortKind::Data,
             direction: Some(Direction::Out),
             data_type: "IDL:RTC/TimedDouble:1.0".to_owned(),
         }],
-        timing: (system == "hello").then(timing),
-        realtime: (name == "Sine0").then(realtime),
         created: ago(5),
         ..ComponentStatus::default()
     };

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
-pub use rts_plan::observed::{Activity, Latency, TapObserved, Usage};
-use rts_plan::observed::{PortObserved, RealtimeObserved, TimingObserved};
-use rts_schemas::system::{Configuration, PortKind, SystemSpec};
+pub use rts_plan::observed::{Activity, Latency, TapObserved, TimingObserved, Usage};
+use rts_plan::observed::{PortObserved, RealtimeObserved};
+use rts_schemas::system::{
+    CompositeKind, Configuration, PortKind, SharedExecutionContext, SystemSpec,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -286,6 +288,19 @@ pub struct ComponentView {
     /// Configuration that is wanted.
     #[serde(default)]
     pub configuration: Configuration,
+    /// Of a composite, the components that it stands for; nothing of its own runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub composite: Option<CompositeView>,
+}
+
+/// The components that a composite stands for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct CompositeView {
+    /// What they share.
+    pub kind: CompositeKind,
+    /// Instance names, in their order.
+    pub members: Vec<String>,
 }
 
 /// State of a component.
@@ -331,18 +346,24 @@ pub struct ComponentStatus {
     /// Rate in Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// The execution context that it shares with others, and its place there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<SharedExecutionContext>,
+    /// All components of the one that it shares, in the order in which they run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs_with: Vec<String>,
     /// `on_execute` calls. A counter.
     #[serde(default)]
     pub executions: u64,
     /// How its execution context keeps its time; none before the first cycle. Counters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingObserved>,
-    /// Ports that it really has.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ports: Vec<PortObserved>,
     /// What its execution context has of its node; none where nothing was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub realtime: Option<RealtimeObserved>,
+    /// Ports that it really has.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ports: Vec<PortObserved>,
     /// When this incarnation was created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

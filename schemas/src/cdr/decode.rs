@@ -22,6 +22,23 @@ pub fn decode(unit: &Unit, r#type: &Type, bytes: &[u8], endian: Endian) -> Resul
         .map_err(|error| error.in_type(unit, r#type))
 }
 
+/// The value that begins at this byte.
+pub(super) fn value_at(
+    unit: &Unit,
+    r#type: &Type,
+    bytes: &[u8],
+    at: usize,
+    endian: Endian,
+) -> Result<Value, Error> {
+    let mut decoder = Decoder {
+        unit,
+        endian,
+        bytes,
+        at,
+    };
+    decoder.value(r#type, 0)
+}
+
 struct Decoder<'a> {
     unit: &'a Unit,
     endian: Endian,

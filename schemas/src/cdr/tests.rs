@@ -400,6 +400,11 @@ proptest! {
         prop_assert_eq!(little.len(), big.len());
         prop_assert_eq!(decode(&unit, &r#type, &little, Endian::Little), Ok(value.clone()));
         prop_assert_eq!(decode(&unit, &r#type, &big, Endian::Big), Ok(value));
+        let mut turned = little.clone();
+        prop_assert_eq!(swap(&unit, &r#type, &mut turned, Endian::Little), Ok(()));
+        prop_assert_eq!(&turned, &big);
+        prop_assert_eq!(swap(&unit, &r#type, &mut turned, Endian::Big), Ok(()));
+        prop_assert_eq!(turned, little);
     }
 
     #[test]
@@ -424,6 +429,7 @@ proptest! {
         let bytes = encode(&unit, &r#type, &value, Endian::Little).unwrap();
         let cut = &bytes[..cut.index(bytes.len())];
         prop_assert!(decode(&unit, &r#type, cut, Endian::Little).is_err());
+        prop_assert!(swap(&unit, &r#type, &mut cut.to_vec(), Endian::Little).is_err());
     }
 
     #[test]
@@ -433,6 +439,9 @@ proptest! {
             if let Ok(value) = decode(&unit, &r#type, &bytes, endian) {
                 let again = encode(&unit, &r#type, &value, endian).unwrap();
                 prop_assert!(decode(&unit, &r#type, &again, endian).is_ok());
+                prop_assert_eq!(swap(&unit, &r#type, &mut bytes.clone(), endian), Ok(()));
+            } else {
+                let _ = swap(&unit, &r#type, &mut bytes.clone(), endian);
             }
         }
     }

@@ -15,12 +15,13 @@ use crate::system::{ComponentSpec, SystemSpec};
 /// Most unknown hosts that are told: nobody reads more.
 const LIMIT: usize = 500;
 
-/// What is wrong with where components run. `nodes`: all names of nodes and hosts, when they are known; an overlay may say
+/// What is wrong with where and how components run. `nodes`: all names of nodes and hosts, when they are known; an overlay may say
 /// which host is which node.
 pub fn placed(system: &System, nodes: Option<&[&str]>) -> Report {
     let (read, spec) = (&system.read, &system.spec);
     let mut sink = Sink::new(&read.source, Report::default());
     reach(&mut sink, read, spec);
+    super::woken::woken(&mut sink, read, spec);
     let mut report = sink.report;
     if let Some(nodes) = nodes {
         report.extend(known_hosts(system, nodes));

@@ -181,6 +181,19 @@ the connector, the RTC Profiles in `rtc:ServiceInterface`.
 Mend the binding, or connect the ports that belong together.",
     },
     Code {
+        code: "never-woken",
+        title: "nothing wakes an event-driven component",
+        explain: "\
+An event-driven component runs when a sample arrives at one of its in-ports. A connector that pulls brings none: it fetches
+when the component reads, and the component reads when it runs.
+
+    rts:dataflowType=\"pull\"      wrong, when all connectors to the component do so
+    rts:dataflowType=\"push\"      right
+
+Let one of the connectors push, or make the execution context periodic. A component that wakes itself, from a thread of its
+own, may be left as it is.",
+    },
+    Code {
         code: "interface-across-nodes",
         title: "a connector's interface type reaches no other node",
         explain: "\
@@ -218,6 +231,18 @@ The component is there, the port is not among those that the profile lists for i
     rts:portName=\"Sine0.out\"     right: `Sine0.` before it may be left away
 
 Mend the name, or declare the port with `rts:DataPorts` or `rts:ServicePorts`.",
+    },
+    Code {
+        code: "unknown-property",
+        title: "the name of a connector's property looks like a slip of the pen",
+        explain: "\
+Other programs have properties of their own, so that any name is passed on. This one is within two letters of a name that
+is read here, and means nothing as it stands.
+
+    rtsExt:name=\"dataport.buffer.lenght\" rtsExt:value=\"8\"      nothing reads it
+    rtsExt:name=\"dataport.buffer.length\" rtsExt:value=\"8\"      right
+
+Mend the name. docs/connectors.md lists those that are read.",
     },
     Code {
         code: "unknown-value",

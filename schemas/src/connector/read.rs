@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::cdr::Endian;
+
 use super::{
     BufferSettings, ConnectorSettings, DEFAULT_LENGTH, DEFAULT_TIMEOUT, Dataflow, EmptyPolicy,
     FullPolicy, HIGHEST_RATE, Interface, LONGEST_BUFFER, LONGEST_TIMEOUT, LOWEST_RATE, PushPolicy,
@@ -44,7 +46,7 @@ pub fn read(properties: &BTreeMap<String, String>) -> Result<ConnectorSettings, 
             "tcp" => Interface::Tcp,
             _ => Interface::Best,
         },
-        endian: reader.word("dataport.serializer.cdr.endian"),
+        endian: reader.endian(),
         out_buffer: reader.buffer("outport"),
         in_buffer: reader.buffer("inport"),
     };
@@ -75,6 +77,17 @@ impl<'a> Reader<'a> {
     fn word(&self, name: &str) -> String {
         self.first(&[name.to_owned()])
             .map_or_else(String::new, |(_, value)| value)
+    }
+
+    /// The first that is named and known of a list: each end of OpenRTM-aist offers those that it knows, the best first.
+    fn endian(&self) -> Endian {
+        let words = self.word("dataport.serializer.cdr.endian");
+        let known = words.split(',').find_map(|word| match word.trim() {
+            "little" => Some(Endian::Little),
+            "big" => Some(Endian::Big),
+            _ => None,
+        });
+        known.unwrap_or(Endian::Little)
     }
 
     fn fault(&mut self, code: &'static str, property: &str, what: &str, help: impl Into<String>) {
@@ -313,7 +326,10 @@ mod tests {
             ("dataport.inport", ""),
         ]);
         assert_eq!(usual.subscription, Subscription::New(PushPolicy::New));
-        assert_eq!(usual.endian, "little,big");
+        assert_eq!(usual.endian, Endian::Little);
+        let endian = |words| settings(&[("dataport.serializer.cdr.endian", words)]).endian;
+        assert_eq!(endian(" Big,little"), Endian::Big);
+        assert_eq!(endian("middle"), Endian::Little);
         assert_eq!(usual.out_buffer, BufferSettings::default());
     }
 

@@ -120,6 +120,7 @@ impl Connector {
             samples_sent: self.sent as u64,
             bytes: self.sent as u64 * SAMPLE,
             drops: 0,
+            refused: 0,
             rate: 0,
         }
     }

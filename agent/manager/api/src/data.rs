@@ -42,7 +42,7 @@ pub struct DataHello {
     pub incarnation: String,
     /// IDL repository id of the samples.
     pub data_type: String,
-    /// Encoding of the payload (`cdr-le`).
+    /// Encoding of the payload: `cdr-le`, and `cdr-be` since version 2.
     pub encoding: String,
     /// Connector properties: the in-port end buffers by them. Since version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

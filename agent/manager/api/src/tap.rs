@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::Failure;
 
-/// Largest payload of a sample in bytes, as everywhere.
+/// Largest payload, in bytes: that of a connector.
 pub const MAX_SAMPLE: usize = 64 * 1024 * 1024;
+
 /// Bytes of a sample before its payload, besides its length.
 const HEAD: usize = 16;
 

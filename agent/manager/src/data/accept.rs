@@ -10,15 +10,16 @@ use rts_manager_api::control::Failure;
 use rts_manager_api::data::{DataHello, DataReply};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::Timed;
-use rts_schemas::connector::ConnectorSettings;
+use rts_schemas::cdr::Endian;
 use rts_transport::{Kind, Receiver, unix};
 
 use super::binding::{Bindings, End};
 use super::meet::Place;
-use super::receive::receive;
+use super::order::turn;
+use super::receive::{Agreed, receive};
 use super::settings;
 use super::source::Source;
-use super::{ENCODING, Ended, of_version_1};
+use super::{BIG_ENDIAN, Ended, LITTLE_ENDIAN, of_version_1};
 use crate::failure::{conflict, internal, invalid, not_found};
 use crate::log;
 use crate::manager::Manager;
@@ -31,6 +32,7 @@ struct Opened {
     end: Arc<End>,
     source: Arc<Source>,
     receiver: Box<dyn Receiver>,
+    agreed: Agreed,
 }
 
 /// Serves a data connection until it ends.
@@ -39,9 +41,8 @@ pub fn serve(stream: UnixStream, hello: &DataHello, manager: &Manager) {
         return;
     };
     let (end, source) = (&opened.end, &opened.source);
-    let has_common_clock = hello.clock.is_some() && hello.clock == boot_id();
     let ended = match &told {
-        Ok(()) => receive(&mut *opened.receiver, &end.port, source, has_common_clock),
+        Ok(()) => receive(&mut *opened.receiver, &end.port, source, &opened.agreed),
         Err(error) => Ended::Lost(error.to_string()),
     };
     let ended = match hello.transport {
@@ -101,6 +102,17 @@ fn agree(
 ) -> Result<Opened, Failure> {
     let end = check(hello, &manager.bindings)?;
     let settings = settings(&hello.properties)?;
+    let target = format!("{}.{}", hello.instance, hello.port);
+    let component = manager.component(&hello.instance)?;
+    let agreed = Agreed {
+        has_common_clock: hello.clock.is_some() && hello.clock == boot_id(),
+        turn: turn(
+            order(hello)?,
+            &target,
+            &hello.data_type,
+            component.module.idl(),
+        )?,
+    };
     let receiver: Box<dyn Receiver> = match &hello.transport {
         None => Box::new(unix::plain_receiver(stream).map_err(|e| cannot_be_kept(&e))?),
         Some(name) => {
@@ -119,20 +131,13 @@ fn agree(
             made.map_err(|e| internal(format!("no end of the transport {kind}: {e}")))?
         }
     };
-    opened(end, receiver, settings, manager)
-}
-
-fn opened(
-    end: Arc<End>,
-    receiver: Box<dyn Receiver>,
-    settings: ConnectorSettings,
-    manager: &Manager,
-) -> Result<Opened, Failure> {
-    let source = end.open(Some(receiver.handle()), settings, None, &manager.events)?;
+    let handle = Some(receiver.handle());
+    let source = end.open(handle, settings, None, &manager.events)?;
     Ok(Opened {
         end,
         source,
         receiver,
+        agreed,
     })
 }
 
@@ -181,13 +186,19 @@ fn check(hello: &DataHello, bindings: &Bindings) -> Result<Arc<End>, Failure> {
         &target,
         &end.port.data_type,
     )?;
-    if hello.encoding != ENCODING {
-        return Err(invalid(format!(
-            "{} sends the encoding {}, of which {target} knows only {ENCODING}",
-            hello.source, hello.encoding
-        )));
-    }
     Ok(end)
+}
+
+/// The order of the bytes that come.
+fn order(hello: &DataHello) -> Result<Endian, Failure> {
+    match hello.encoding.as_str() {
+        LITTLE_ENDIAN => Ok(Endian::Little),
+        BIG_ENDIAN => Ok(Endian::Big),
+        other => Err(invalid(format!(
+            "{} sends the encoding {other}, of which {}.{} knows only {LITTLE_ENDIAN} and {BIG_ENDIAN}",
+            hello.source, hello.instance, hello.port
+        ))),
+    }
 }
 
 /// Refuses ports of different types.

@@ -10,7 +10,7 @@ use rts_transport::Kind;
 
 use super::binding::End;
 use super::connector::{Connector, Link};
-use super::ends::pair;
+use super::ends::{agreed, pair};
 use super::in_port::InPort;
 use super::out_port::OutPort;
 use super::receive::receive;
@@ -27,6 +27,19 @@ const ALL: [Kind; 4] = Kind::ALL;
 struct Made {
     connector: Arc<Connector>,
     source: Arc<Source>,
+}
+
+impl Made {
+    /// Samples that found no room at either end.
+    fn drops(&self) -> u64 {
+        self.connector.info().drops + self.source.counts().drops
+    }
+
+    /// Samples that the connector took, and their bytes.
+    fn sent(&self) -> (u64, u64) {
+        let info = self.connector.info();
+        (info.samples_sent, info.bytes)
+    }
 }
 
 fn make(out: &OutPort, port: &Arc<InPort>, transport: Kind, properties: &[(&str, &str)]) -> Made {
@@ -66,17 +79,17 @@ fn make(out: &OutPort, port: &Arc<InPort>, transport: Kind, properties: &[(&str,
             (link, source)
         }
         kind => {
-            let (agreed, mut receiver) = pair(kind);
+            let (sending, mut receiver) = pair(kind);
             let handle = Some(receiver.handle());
             let source = end.open(handle, settings.clone(), None, &events).unwrap();
             thread::spawn({
                 let (port, source) = (Arc::clone(port), Arc::clone(&source));
                 move || {
-                    let ended = receive(&mut *receiver, &port, &source, true);
+                    let ended = receive(&mut *receiver, &port, &source, &agreed());
                     port.close(&source, ended.parting());
                 }
             });
-            let sender = Arc::new(Sender::new(agreed, &settings).unwrap());
+            let sender = Arc::new(Sender::new(sending, &settings).unwrap());
             (Link::Between(sender), source)
         }
     };
@@ -205,7 +218,7 @@ fn a_full_in_port_overwrites_or_refuses() {
             let policy = ("inport.buffer.write.full_policy", policy);
             let (out, port, made) = one(transport, &[length, policy]);
             let written = write_all(&out, 1..=10);
-            until("all have arrived", || made.source.counts().drops == 7);
+            until("all have arrived", || made.drops() == 7);
             assert_eq!(callback(&port), expected, "{transport:?} {policy:?}");
             // The writer hears of it when the buffer is in its own process.
             let refused = policy.1 == "do_nothing" && transport == Kind::InProcess;
@@ -214,6 +227,7 @@ fn a_full_in_port_overwrites_or_refuses() {
                 .filter(|w| **w == Written::BufferFull)
                 .count();
             assert_eq!(count, if refused { 7 } else { 0 });
+            assert_eq!(made.sent(), if refused { (3, 24) } else { (10, 80) });
             write(&out, 11);
             assert_eq!(read(&port, 1), [11]);
             assert_eq!(made.source.counts().gaps, 1, "{transport:?} {policy:?}");
@@ -256,8 +270,8 @@ fn a_wait_for_room_ends_at_its_time_out() {
     for transport in ALL {
         let (out, port, made) = one(transport, &blocking);
         let written = write_all(&out, 1..=3);
-        arrived(&port, || made.source.counts().drops, 3);
-        assert_eq!(made.source.counts().drops, 2, "{transport:?}");
+        arrived(&port, || made.drops(), 3);
+        assert_eq!(made.drops(), 2, "{transport:?}");
         assert_eq!(callback(&port), [1]);
         if transport == Kind::InProcess {
             let expected = [Written::Taken, Written::TimedOut, Written::TimedOut];
@@ -412,10 +426,10 @@ fn push_policies_choose_what_is_sent() {
 fn a_full_out_port_overwrites_refuses_or_waits() {
     use Written::{BufferFull, Taken, TimedOut};
     for transport in ALL {
-        for (policy, expected, drops) in [
-            ("overwrite", [Taken, Taken, Taken], 1),
-            ("do_nothing", [Taken, Taken, BufferFull], 1),
-            ("block", [Taken, Taken, TimedOut], 1),
+        for (policy, expected, sent) in [
+            ("overwrite", [Taken, Taken, Taken], 3),
+            ("do_nothing", [Taken, Taken, BufferFull], 2),
+            ("block", [Taken, Taken, TimedOut], 2),
         ] {
             let properties = [
                 ("subscription_type", "periodic"),
@@ -427,7 +441,8 @@ fn a_full_out_port_overwrites_refuses_or_waits() {
             ];
             let (out, port, made) = one(transport, &properties);
             assert_eq!(write_all(&out, 1..=3), expected, "{transport:?} {policy}");
-            assert_eq!((made.connector.info().drops, port.arrivals()), (drops, 0));
+            assert_eq!((made.connector.info().drops, port.arrivals()), (1, 0));
+            assert_eq!(made.sent(), (sent, 8 * sent));
         }
     }
 }
@@ -540,7 +555,7 @@ fn many_sources_come_to_one_port_each_with_its_own_policies() {
         write_all(&left, 1..=4);
         until("they arrive", || overwrites.source.counts().drops == 2);
         write_all(&right, 11..=14);
-        until("they arrive", || refuses.source.counts().drops == 2);
+        until("they arrive", || refuses.drops() == 2);
         assert_eq!(callback(&port), [3, 4, 11, 12], "{transport:?}");
         overwrites.connector.close(Parting::GoodBye);
         write(&right, 15);

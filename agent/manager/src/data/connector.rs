@@ -28,9 +28,12 @@ pub struct Connector {
     pub replaces_lost: bool,
     link: Mutex<Link>,
     transport: Mutex<Option<Kind>>,
+    /// Number of the last sample; those that were refused have one, too.
+    last: AtomicU64,
     sent: AtomicU64,
     bytes: AtomicU64,
     drops: AtomicU64,
+    refused: AtomicU64,
     rate: Rate,
 }
 
@@ -98,9 +101,11 @@ impl Connector {
             replaces_lost,
             link: Mutex::new(Link::Connecting),
             transport: Mutex::default(),
+            last: AtomicU64::new(0),
             sent: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             drops: AtomicU64::new(0),
+            refused: AtomicU64::new(0),
             rate: Rate::default(),
         }
     }
@@ -133,12 +138,12 @@ impl Connector {
             return Ok(());
         }
         let size = payload.len() as u64;
-        self.rate.count(written);
         self.bytes.fetch_add(size, Ordering::Relaxed);
-        // Only the owner's thread writes, so the number cannot be taken twice. A reader must not count it earlier.
-        let sequence = self.sent.fetch_add(1, Ordering::Release) + 1;
+        // Before a reader can count it.
+        self.sent.fetch_add(1, Ordering::Release);
         let sample = Sample {
-            sequence,
+            // Only the owner's thread writes, so the number cannot be taken twice.
+            sequence: self.last.fetch_add(1, Ordering::Relaxed) + 1,
             time: written,
             payload: payload.clone(),
         };
@@ -152,29 +157,36 @@ impl Connector {
             Link::Between(sender) => sender.offer(sample),
         };
         self.drops.fetch_add(drops, Ordering::Relaxed);
+        if offered.is_ok() {
+            self.rate.count(written);
+        }
         offered.map_err(|sample| Full { link, sample })
     }
 
-    /// Waits for room for a sample that found none, as the policy says.
+    /// Waits for room for a sample that found none, as the policy says. One that is refused was not sent.
     pub fn wait(&self, full: Full, began: Instant) -> Written {
         let Full { link, sample } = full;
-        let outbox = match &link {
-            Link::Connecting | Link::Closed(_) => return Written::Taken,
-            // What is dropped at the in-port is counted there.
+        let (size, time) = (sample.payload.len() as u64, sample.time);
+        let written = match &link {
+            Link::Connecting | Link::Closed(_) => Written::Taken,
             Link::Direct {
                 port,
                 source,
                 outbox: None,
-            } => return port.wait(source, sample, began, || true),
+            } => port.wait(source, sample, began, || true),
             Link::Direct {
                 outbox: Some(outbox),
                 ..
-            } => outbox,
-            Link::Between(sender) => &sender.outbox,
+            } => outbox.wait(sample, began),
+            Link::Between(sender) => sender.outbox.wait(sample, began),
         };
-        let written = outbox.wait(sample, began);
-        if written != Written::Taken {
+        if written == Written::Taken {
+            self.rate.count(time);
+        } else {
             self.drops.fetch_add(1, Ordering::Relaxed);
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            self.sent.fetch_sub(1, Ordering::Release);
+            self.bytes.fetch_sub(size, Ordering::Relaxed);
         }
         written
     }
@@ -246,6 +258,7 @@ impl Connector {
             samples_sent: self.sent.load(Ordering::Acquire),
             bytes: self.bytes.load(Ordering::Relaxed),
             drops: self.drops.load(Ordering::Relaxed),
+            refused: self.refused.load(Ordering::Relaxed),
             rate: self.rate.at(now()),
         }
     }

@@ -11,10 +11,12 @@ use rts_manager_api::control::{ConnectRequest, Failure, FailureCode, Greeting};
 use rts_manager_api::data::{DataHello, DataReply, Meeting};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::{self, Timed};
+use rts_schemas::cdr::Endian;
 use rts_transport::{Kind, shm, unix};
 
+use super::order::{encoding, turn};
 use super::sender::Agreed;
-use super::{ENCODING, budget, meet};
+use super::{budget, meet};
 use crate::failure::failure;
 use crate::log;
 
@@ -32,6 +34,10 @@ pub struct Target<'a> {
     pub data_type: &'a str,
     /// Its reader fetches.
     pub pulls: bool,
+    /// Order of the bytes of samples.
+    pub endian: Endian,
+    /// IDL source of the types of the out-port's module.
+    pub idl: &'a str,
 }
 
 /// Why there is no connection.
@@ -44,6 +50,17 @@ enum Trouble {
 
 /// Dials and agrees with the other end on the first of these transports that can be had.
 pub fn dial(target: Target<'_>, kinds: &[Kind], deadline: Instant) -> Result<Agreed, Failure> {
+    let turn = turn(
+        target.endian,
+        &target.source(),
+        target.data_type,
+        target.idl,
+    )?;
+    let agreed = dial_one(target, kinds, deadline)?;
+    Ok(Agreed { turn, ..agreed })
+}
+
+fn dial_one(target: Target<'_>, kinds: &[Kind], deadline: Instant) -> Result<Agreed, Failure> {
     let until = deadline.min(Instant::now() + PATIENCE);
     let (last, others) = kinds.split_last().unwrap_or((&Kind::Unix, &[]));
     for kind in others {
@@ -91,12 +108,12 @@ impl Target<'_> {
         let hello = DataHello {
             version: OLDEST_PROTOCOL_VERSION,
             connector: request.connector.clone(),
-            source: format!("{}.{}", request.instance, request.port),
+            source: self.source(),
             instance: request.target_instance.clone(),
             port: request.target_port.clone(),
             incarnation: request.target_incarnation.clone(),
             data_type: self.data_type.to_owned(),
-            encoding: ENCODING.to_owned(),
+            encoding: encoding(self.endian).to_owned(),
             properties: request.properties.clone(),
             transport: Some(kind.name().to_owned()),
             clock: boot_id(),
@@ -133,7 +150,12 @@ impl Target<'_> {
             kind: Kind::Unix,
             is_version_1: true,
             ring: None,
+            turn: None,
         })
+    }
+
+    fn source(self) -> String {
+        format!("{}.{}", self.request.instance, self.request.port)
     }
 
     fn manager(self) -> String {
@@ -178,5 +200,6 @@ fn make(
         kind,
         is_version_1: false,
         ring,
+        turn: None,
     })
 }

@@ -29,6 +29,15 @@ pub fn pair(kind: Kind) -> (Agreed, Box<dyn Receiver>) {
         kind,
         is_version_1: false,
         ring: None,
+        turn: None,
     };
     (agreed, kind.receiver(theirs).unwrap())
+}
+
+/// What the in-port end has agreed on with it.
+pub fn agreed() -> super::receive::Agreed {
+    super::receive::Agreed {
+        has_common_clock: true,
+        turn: None,
+    }
 }

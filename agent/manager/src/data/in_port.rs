@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use rts_schemas::connector::{EmptyPolicy, FullPolicy};
@@ -10,9 +10,9 @@ use rts_transport::Question;
 
 use super::Parting;
 use super::lane::Lane;
+use super::monitor::{Guard, Monitor, Seen, Watched};
 use super::sample::{Read, Sample, Written};
 use super::source::{Fetch, Source};
-use crate::sync::{lock, wait_until};
 
 /// An in-port.
 #[derive(Debug)]
@@ -21,9 +21,8 @@ pub struct InPort {
     pub name: String,
     /// IDL repository id.
     pub data_type: String,
-    waiting: Mutex<Waiting>,
-    /// For a reader that waits for a sample, and writers that wait for room.
-    changed: Condvar,
+    /// A reader waits here for a sample, and writers wait for room.
+    waiting: Monitor<Waiting>,
     arrival: OnceLock<Hook>,
 }
 
@@ -51,8 +50,6 @@ struct Waiting {
     firsts: BTreeSet<(u64, usize)>,
     /// The lane that was read last.
     last: Option<usize>,
-    /// Who waits for `changed`.
-    sleepers: usize,
 }
 
 impl InPort {
@@ -61,8 +58,7 @@ impl InPort {
         Self {
             name: name.to_owned(),
             data_type: data_type.to_owned(),
-            waiting: Mutex::default(),
-            changed: Condvar::new(),
+            waiting: Monitor::default(),
             arrival: OnceLock::new(),
         }
     }
@@ -81,93 +77,76 @@ impl InPort {
     /// Lets a source come to it.
     pub fn open(&self, source: &Arc<Source>) {
         let lane = Lane::new(source);
-        lock(&self.waiting).lanes.insert(key(source), lane);
+        self.waiting.lock().lanes.insert(key(source), lane);
     }
 
     /// Takes a sample of an open source in, or gives it back when there is no room for it; one of a closed source is
     /// dropped.
     pub fn offer(&self, source: &Arc<Source>, sample: Sample) -> Result<(), Sample> {
-        self.put(&mut lock(&self.waiting), source, sample)?;
+        self.put(&mut self.waiting.lock(), source, sample)?;
         self.tell_arrival();
         Ok(())
     }
 
     fn put(
         &self,
-        waiting: &mut Waiting,
+        waiting: &mut Watched<Waiting>,
         source: &Arc<Source>,
         sample: Sample,
     ) -> Result<(), Sample> {
         waiting.write(key(source), sample)?;
-        self.notify(waiting);
+        self.waiting.notify(waiting);
         Ok(())
     }
 
-    /// Waits for room, as long as the policy says since `began`, and while `stays` holds; the sample is dropped when
-    /// there is none. Ends with the source.
+    /// Waits for room, as long as the policy says since `began`, and while `stays` holds; the sample is gone when there
+    /// is none, which the caller counts. Ends with the source.
     pub fn wait(
         &self,
         source: &Arc<Source>,
-        mut sample: Sample,
+        sample: Sample,
         began: Instant,
         stays: impl Fn() -> bool,
     ) -> Written {
         /// Between two looks whether the other end is still there.
         const LOOK: Duration = Duration::from_millis(50);
-        let mut waiting = lock(&self.waiting);
+        let waiting = self.waiting.lock();
         let policy = waiting.lanes.get(&key(source)).map(Lane::full_policy);
         let (timeout, refused) = match policy {
             Some(FullPolicy::Block(timeout)) => (timeout, Written::TimedOut),
             _ => (Duration::ZERO, Written::BufferFull),
         };
-        loop {
-            match self.put(&mut waiting, source, sample) {
-                Ok(()) => {
-                    drop(waiting);
-                    self.tell_arrival();
-                    return Written::Taken;
-                }
-                Err(back) => sample = back,
+        let mut held = Some(sample);
+        let put = |waiting: &mut Watched<Waiting>| {
+            held = held
+                .take()
+                .and_then(|sample| self.put(waiting, source, sample).err());
+            match held {
+                None => Seen::Done(true),
+                Some(_) if stays() => Seen::Wait(timeout),
+                Some(_) => Seen::Done(false),
             }
-            let left = timeout.saturating_sub(began.elapsed());
-            if left.is_zero() || !stays() {
-                source.count_drop();
-                return refused;
-            }
-            waiting = self.sleep(waiting, left.min(LOOK));
+        };
+        if self.waiting.wait(waiting, began, LOOK, put).1 != Some(true) {
+            return refused;
         }
-    }
-
-    fn sleep<'a>(
-        &self,
-        mut waiting: MutexGuard<'a, Waiting>,
-        time: Duration,
-    ) -> MutexGuard<'a, Waiting> {
-        waiting.sleepers += 1;
-        let mut waiting = wait_until(&self.changed, waiting, time);
-        waiting.sleepers -= 1;
-        waiting
-    }
-
-    fn notify(&self, waiting: &Waiting) {
-        if waiting.sleepers > 0 {
-            self.changed.notify_all();
-        }
+        self.tell_arrival();
+        Written::Taken
     }
 
     /// A source that was asked for a sample has none.
     pub fn answered(&self, source: &Arc<Source>) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         if let Some(lane) = waiting.lanes.get_mut(&key(source)) {
             lane.asked = false;
         }
-        self.notify(&waiting);
+        self.waiting.notify(&waiting);
     }
 
     /// A callback begins: it may read what has arrived by now. So a loop that reads all ends, however fast the
     /// producers are.
     pub fn begin(&self) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         waiting.horizon = waiting.arrivals;
         waiting.reads = 0;
         for lane in waiting.lanes.values_mut() {
@@ -180,49 +159,48 @@ impl InPort {
     /// a loop that reads all ends.
     pub fn read(&self) -> Read {
         let began = Instant::now();
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         let first = waiting.reads == 0;
         waiting.reads += 1;
         if let Some(sample) = waiting.read() {
-            self.notify(&waiting);
+            self.waiting.notify(&waiting);
             return Read::Sample(sample.payload);
         }
-        let (mut waiting, fetched) = self.fetch(waiting, first, began);
+        let (waiting, fetched) = self.fetch(waiting, first, began);
         if let Some(sample) = fetched {
             return Read::Sample(sample.payload);
         }
         if !first {
             return Read::Empty;
         }
-        loop {
-            match waiting.patience() {
-                Some(patience) => {
-                    let left = patience.saturating_sub(began.elapsed());
-                    if left.is_zero() {
-                        return Read::TimedOut;
-                    }
-                    waiting = self.sleep(waiting, left);
+        let mut has_waited = false;
+        let look = |waiting: &mut Watched<Waiting>| {
+            if std::mem::replace(&mut has_waited, true) {
+                waiting.horizon = waiting.arrivals;
+                if let Some(sample) = waiting.read() {
+                    self.waiting.notify(waiting);
+                    return Seen::Done(Read::Sample(sample.payload));
                 }
+            }
+            match waiting.patience() {
+                Some(patience) => Seen::Wait(patience),
                 None => {
                     let again = waiting.read_back();
-                    return again.map_or(Read::Empty, |sample| Read::Sample(sample.payload));
+                    Seen::Done(again.map_or(Read::Empty, |sample| Read::Sample(sample.payload)))
                 }
             }
-            waiting.horizon = waiting.arrivals;
-            if let Some(sample) = waiting.read() {
-                self.notify(&waiting);
-                return Read::Sample(sample.payload);
-            }
-        }
+        };
+        let read = self.waiting.wait(waiting, began, Duration::MAX, look).1;
+        read.unwrap_or(Read::TimedOut)
     }
 
     /// Fetches a sample from one of the sources that wait to be asked.
     fn fetch<'a>(
         &'a self,
-        mut waiting: MutexGuard<'a, Waiting>,
+        mut waiting: Guard<'a, Waiting>,
         first: bool,
         began: Instant,
-    ) -> (MutexGuard<'a, Waiting>, Option<Sample>) {
+    ) -> (Guard<'a, Waiting>, Option<Sample>) {
         let pulled = waiting.lanes.iter().filter(|(_, lane)| lane.fetches > 0);
         let keys: Vec<usize> = pulled.map(|(key, _)| *key).collect();
         for key in keys {
@@ -237,7 +215,7 @@ impl InPort {
                 Fetch::Here(outbox) => {
                     drop(waiting);
                     let sample = outbox.fetch_here(first, longest);
-                    waiting = lock(&self.waiting);
+                    waiting = self.waiting.lock();
                     if let Some(sample) = sample {
                         // A closed one takes nothing.
                         let _ = waiting.write(key, sample);
@@ -265,54 +243,54 @@ impl InPort {
 
     fn wait_for_answer<'a>(
         &'a self,
-        mut waiting: MutexGuard<'a, Waiting>,
+        waiting: Guard<'a, Waiting>,
         key: usize,
         longest: Duration,
         began: Instant,
-    ) -> MutexGuard<'a, Waiting> {
-        while waiting.lanes.get(&key).is_some_and(|lane| lane.asked) {
-            let left = longest.saturating_sub(began.elapsed());
-            if left.is_zero() {
-                break;
+    ) -> Guard<'a, Waiting> {
+        let look = |waiting: &mut Watched<Waiting>| {
+            let asked = waiting.lanes.get(&key).is_some_and(|lane| lane.asked);
+            match asked {
+                true => Seen::Wait(longest),
+                false => Seen::Done(()),
             }
-            waiting = self.sleep(waiting, left);
-        }
-        waiting
+        };
+        self.waiting.wait(waiting, began, Duration::MAX, look).0
     }
 
     /// Samples that have arrived so far.
     #[cfg(test)]
     pub fn arrivals(&self) -> u64 {
-        lock(&self.waiting).arrivals
+        self.waiting.lock().arrivals
     }
 
     /// True while a thread waits here.
     #[cfg(test)]
     pub fn has_sleepers(&self) -> bool {
-        lock(&self.waiting).sleepers > 0
+        self.waiting.has_sleepers()
     }
 
     /// Whether the running callback may read a sample. Of a source in another process that is fetched from, nobody knows
     /// without asking: there may be one.
     pub fn is_new(&self) -> bool {
-        lock(&self.waiting).is_new()
+        self.waiting.lock().is_new()
     }
 
     /// Drops what waits: it came before the reader was there to act on it.
     pub fn clear(&self) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         waiting.firsts.clear();
         waiting.lanes.values_mut().for_each(Lane::skip);
-        self.notify(&waiting);
+        self.waiting.notify(&waiting);
     }
 
     /// Closes a source and drops what waits from it. True when it was open.
     pub fn close(&self, source: &Arc<Source>, parting: Parting) -> bool {
         // Under the lock, so that nothing is pushed afterwards.
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         let was_open = source.close(parting);
         waiting.remove(key(source));
-        self.notify(&waiting);
+        self.waiting.notify(&waiting);
         was_open
     }
 }

@@ -19,6 +19,8 @@ pub mod in_port;
 mod lane;
 mod latency;
 mod meet;
+mod monitor;
+mod order;
 pub mod out_port;
 pub mod outbox;
 pub mod publisher;
@@ -33,12 +35,14 @@ use std::collections::BTreeMap;
 
 use rts_manager_api::control::Failure;
 use rts_schemas::connector::{ConnectorSettings, read};
+use rts_transport::Sample;
 pub use rts_transport::{Ended, Parting, Payload};
 
 use crate::failure::invalid;
 
-/// Name of the only encoding of this version, as the protocol shows it.
-pub const ENCODING: &str = "cdr-le";
+/// Names of the encodings, as the protocol shows them.
+const LITTLE_ENDIAN: &str = "cdr-le";
+const BIG_ENDIAN: &str = "cdr-be";
 
 /// Bytes that a buffer keeps, whatever the number of its samples; one sample always fits.
 pub const QUEUE_BYTES: usize = 256 * 1024 * 1024;

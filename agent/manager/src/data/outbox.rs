@@ -2,7 +2,6 @@
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use rts_schemas::connector::{
@@ -12,16 +11,15 @@ use rustix::event::{EventfdFlags, eventfd};
 
 use super::budget;
 use super::buffer::Buffer;
+use super::monitor::{Monitor, Seen, Watched};
 use super::sample::{Sample, Written};
 use super::{Parting, QUEUE_BYTES};
-use crate::sync::{lock, wait_until};
 
 /// A buffer, who waits for it, and the rules by which it is emptied.
 #[derive(Debug)]
 pub struct Outbox {
-    waiting: Mutex<Waiting>,
-    /// For a writer that waits for room, and a reader in this process that waits for a sample.
-    changed: Condvar,
+    /// A writer waits here for room, and a reader in this process for a sample.
+    waiting: Monitor<Waiting>,
     /// For the thread that sends.
     filled: OwnedFd,
     policy: PushPolicy,
@@ -32,8 +30,6 @@ pub struct Outbox {
 struct Waiting {
     buffer: Buffer<Sample>,
     closed: Option<Parting>,
-    /// Who waits for `changed`.
-    sleepers: usize,
     /// Samples that may leave before the next tick.
     allowance: usize,
     /// Samples passed over since the last one that was sent, of those that `skip` counts.
@@ -51,15 +47,13 @@ impl Outbox {
             (Dataflow::Push, Subscription::Periodic { period, policy }) => (policy, Some(period)),
         };
         Ok(Self {
-            waiting: Mutex::new(Waiting {
+            waiting: Monitor::new(Waiting {
                 buffer: Buffer::new(settings.out_buffer, QUEUE_BYTES, &budget::PROCESS),
                 closed: None,
-                sleepers: 0,
                 allowance: if period.is_some() { 0 } else { usize::MAX },
                 skipped: 0,
                 passed_over: 0,
             }),
-            changed: Condvar::new(),
             filled: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             policy,
             period,
@@ -73,16 +67,16 @@ impl Outbox {
 
     /// True when nothing waits.
     pub fn is_empty(&self) -> bool {
-        lock(&self.waiting).buffer.is_empty()
+        self.waiting.lock().buffer.is_empty()
     }
 
     /// Takes a sample in, or gives it back when there is no room for it; says how many older ones went for it.
     pub fn offer(&self, sample: Sample) -> (Result<(), Sample>, u64) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         self.put(&mut waiting, sample)
     }
 
-    fn put(&self, waiting: &mut Waiting, sample: Sample) -> (Result<(), Sample>, u64) {
+    fn put(&self, waiting: &mut Watched<Waiting>, sample: Sample) -> (Result<(), Sample>, u64) {
         let mut drops = 0;
         if waiting.closed.is_some() {
             return (Ok(()), 0);
@@ -95,50 +89,34 @@ impl Outbox {
             if was_empty && self.period.is_none() {
                 self.wake();
             }
-            self.notify(waiting);
+            self.waiting.notify(waiting);
         }
         (put, drops)
     }
 
     /// Waits for room, as long as the policy says since `began`. Ends with the connector.
-    pub fn wait(&self, mut sample: Sample, began: Instant) -> Written {
-        let mut waiting = lock(&self.waiting);
+    pub fn wait(&self, sample: Sample, began: Instant) -> Written {
+        let waiting = self.waiting.lock();
         let FullPolicy::Block(timeout) = waiting.buffer.settings().full else {
             return Written::BufferFull;
         };
-        loop {
-            match self.put(&mut waiting, sample).0 {
-                Ok(()) => return Written::Taken,
-                Err(back) => sample = back,
+        let mut held = Some(sample);
+        let put = |waiting: &mut Watched<Waiting>| {
+            held = held
+                .take()
+                .and_then(|sample| self.put(waiting, sample).0.err());
+            match held {
+                None => Seen::Done(()),
+                Some(_) => Seen::Wait(timeout),
             }
-            let left = timeout.saturating_sub(began.elapsed());
-            if left.is_zero() {
-                return Written::TimedOut;
-            }
-            waiting = self.sleep(waiting, left);
-        }
-    }
-
-    fn sleep<'a>(
-        &self,
-        mut waiting: MutexGuard<'a, Waiting>,
-        time: Duration,
-    ) -> MutexGuard<'a, Waiting> {
-        waiting.sleepers += 1;
-        let mut waiting = wait_until(&self.changed, waiting, time);
-        waiting.sleepers -= 1;
-        waiting
-    }
-
-    fn notify(&self, waiting: &Waiting) {
-        if waiting.sleepers > 0 {
-            self.changed.notify_all();
-        }
+        };
+        let taken = self.waiting.wait(waiting, began, Duration::MAX, put).1;
+        taken.map_or(Written::TimedOut, |()| Written::Taken)
     }
 
     /// A tick of a periodic one: what waits now, or one of it, may leave.
     pub fn tick(&self) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         waiting.allowance = match self.policy {
             PushPolicy::All | PushPolicy::Skip(_) => waiting.buffer.len(),
             PushPolicy::Fifo | PushPolicy::New => 1,
@@ -147,7 +125,7 @@ impl Outbox {
 
     /// The next sample to send, by the policy. What is passed over is no gap to the reader.
     pub fn next(&self) -> Option<Sample> {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         let mut sample = None;
         while waiting.allowance > 0 && sample.is_none() {
             let Some(first) = waiting.buffer.take() else {
@@ -158,7 +136,7 @@ impl Outbox {
             }
             sample = self.choose(&mut waiting, first);
         }
-        self.notify(&waiting);
+        self.waiting.notify(&waiting);
         sample
     }
 
@@ -186,13 +164,13 @@ impl Outbox {
     /// For a reader that fetches. The first read of a callback goes by the policy of an empty buffer, but does not wait
     /// here: the answer says for how long it may.
     pub fn fetch(&self, first: bool) -> Fetched {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         self.fetch_from(&mut waiting, first)
     }
 
-    fn fetch_from(&self, waiting: &mut Waiting, first: bool) -> Fetched {
+    fn fetch_from(&self, waiting: &mut Watched<Waiting>, first: bool) -> Fetched {
         if let Some(sample) = waiting.buffer.read() {
-            self.notify(waiting);
+            self.waiting.notify(waiting);
             return Fetched::Sample(sample);
         }
         match waiting.buffer.settings().empty {
@@ -207,41 +185,34 @@ impl Outbox {
 
     /// The same for a reader in this process; waits for a sample when the policy says so, at most so long.
     pub fn fetch_here(&self, first: bool, longest: Duration) -> Option<Sample> {
-        let began = Instant::now();
-        let mut waiting = lock(&self.waiting);
-        loop {
-            match self.fetch_from(&mut waiting, first) {
-                Fetched::Sample(sample) => return Some(sample),
-                Fetched::Nothing => return None,
-                Fetched::Wait(time) => {
-                    let left = time.min(longest).saturating_sub(began.elapsed());
-                    if left.is_zero() {
-                        return None;
-                    }
-                    waiting = self.sleep(waiting, left);
-                }
-            }
-        }
+        let look = |waiting: &mut Watched<Waiting>| match self.fetch_from(waiting, first) {
+            Fetched::Sample(sample) => Seen::Done(Some(sample)),
+            Fetched::Nothing => Seen::Done(None),
+            Fetched::Wait(time) => Seen::Wait(time.min(longest)),
+        };
+        let (waiting, began) = (self.waiting.lock(), Instant::now());
+        let fetched = self.waiting.wait(waiting, began, Duration::MAX, look).1;
+        fetched.flatten()
     }
 
     /// True while a thread waits here.
     #[cfg(test)]
     pub fn has_sleepers(&self) -> bool {
-        lock(&self.waiting).sleepers > 0
+        self.waiting.has_sleepers()
     }
 
     /// Ends it: who waits is let go, and nothing is taken in any more. The first reason stays.
     pub fn close(&self, parting: Parting) {
-        let mut waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         waiting.closed.get_or_insert(parting);
-        self.changed.notify_all();
+        self.waiting.notify(&waiting);
         drop(waiting);
         self.wake();
     }
 
     /// How it was ended, if it was.
     pub fn closed(&self) -> Option<Parting> {
-        lock(&self.waiting).closed
+        self.waiting.lock().closed
     }
 
     /// Readable when there is something to do; for the thread that sends.

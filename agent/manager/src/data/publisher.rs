@@ -10,6 +10,7 @@ use rustix::io::Errno;
 
 use super::in_port::InPort;
 use super::outbox::Outbox;
+use super::sample::Written;
 use super::source::Source;
 
 /// Moves samples until the connector ends. For a thread of its own.
@@ -19,8 +20,10 @@ pub fn publish(outbox: &Outbox, port: &InPort, source: &Arc<Source>) -> io::Resu
         while outbox.closed().is_none()
             && let Some(sample) = outbox.next()
         {
-            if let Err(sample) = port.offer(source, sample) {
-                port.wait(source, sample, Instant::now(), || true);
+            if let Err(sample) = port.offer(source, sample)
+                && port.wait(source, sample, Instant::now(), || true) != Written::Taken
+            {
+                source.count_drop();
             }
         }
         if outbox.closed().is_some() || !source.is_open() {

@@ -3,19 +3,30 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use rts_schemas::cdr::Endian;
 use rts_schemas::connector::Dataflow;
 use rts_transport::{Ended, Receiver};
 
 use super::in_port::InPort;
+use super::order::Turn;
+use super::sample::Written;
 use super::source::Source;
 
-/// Moves samples into an in-port until the connection ends; says why it did. Without a common clock, the time of a
-/// sample says nothing here.
+/// What both ends have agreed on.
+#[derive(Debug, Default)]
+pub struct Agreed {
+    /// Both are on one machine. Without a common clock, the time of a sample says nothing here.
+    pub has_common_clock: bool,
+    /// The most significant byte comes first.
+    pub turn: Option<Turn>,
+}
+
+/// Moves samples into an in-port until the connection ends; says why it did.
 pub fn receive(
     receiver: &mut dyn Receiver,
     port: &InPort,
     source: &Arc<Source>,
-    has_common_clock: bool,
+    agreed: &Agreed,
 ) -> Ended {
     let handle = receiver.handle();
     let fetches = source.settings().dataflow == Dataflow::Pull;
@@ -24,11 +35,23 @@ pub fn receive(
             port.answered(source);
             return true;
         }
-        if !has_common_clock {
+        if !agreed.has_common_clock {
             sample.time = 0;
         }
-        if let Err(sample) = port.offer(source, sample) {
-            port.wait(source, sample, Instant::now(), || !handle.has_gone());
+        if let Some(turn) = &agreed.turn {
+            match turn.turned(sample, Endian::Big) {
+                Some(turned) => sample = turned,
+                None => {
+                    source.count_drop();
+                    return source.is_open();
+                }
+            }
+        }
+        let stays = || !handle.has_gone();
+        if let Err(sample) = port.offer(source, sample)
+            && port.wait(source, sample, Instant::now(), stays) != Written::Taken
+        {
+            source.count_drop();
         }
         source.is_open()
     })

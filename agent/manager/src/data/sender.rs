@@ -5,12 +5,14 @@ use std::io;
 use std::sync::{Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
+use rts_schemas::cdr::Endian;
 use rts_schemas::connector::{ConnectorSettings, Dataflow, Subscription};
 use rts_transport::{Handle, Kind, Question, Refused};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
 use super::budget::Share;
+use super::order::Turn;
 use super::outbox::{Fetched, Outbox};
 use super::sample::Sample;
 use super::{Ended, Parting, Payload, of_version_1};
@@ -33,6 +35,8 @@ pub struct Agreed {
     pub is_version_1: bool,
     /// Memory that it takes here.
     pub ring: Option<Share>,
+    /// The other end takes the most significant byte first.
+    pub turn: Option<Turn>,
 }
 
 /// An outbox and the transport that it is emptied into.
@@ -50,6 +54,7 @@ pub struct Sender {
     /// The writer sends in its own call.
     at_once: bool,
     _ring: Option<Share>,
+    turn: Option<Turn>,
 }
 
 #[derive(Debug)]
@@ -87,11 +92,20 @@ impl Sender {
             at_once: settings.dataflow == Dataflow::Push
                 && settings.subscription == Subscription::Flush,
             _ring: agreed.ring,
+            turn: agreed.turn,
         })
     }
 
     /// Takes a sample, or gives it back when there is no room; says how many older ones went for it. Never blocks.
     pub fn offer(&self, sample: Sample) -> (Result<(), Sample>, u64) {
+        let sample = match &self.turn {
+            None => Some(sample),
+            Some(turn) => turn.turned(sample, Endian::Little),
+        };
+        // What is no value of its type has no other order; its writer has made a mistake.
+        let Some(sample) = sample else {
+            return (Ok(()), 1);
+        };
         match self.send_now(sample) {
             None => (Ok(()), 0),
             Some(sample) => self.outbox.offer(sample),

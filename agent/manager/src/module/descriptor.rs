@@ -3,9 +3,10 @@
 #![allow(unsafe_code)]
 
 use std::collections::BTreeSet;
-use std::mem::{offset_of, size_of};
+use std::mem::offset_of;
 
 use rts_runtime::abi::{self, ABI_VERSION};
+use rts_runtime::sized::{self, Misfit, Sized32};
 
 use super::list::{MAX_ITEMS, list};
 use super::parameters::parameters;
@@ -31,9 +32,10 @@ pub enum DescriptorError {
         "it was built for version {0} of the module interface, this manager speaks version {ABI_VERSION}"
     )]
     Version(u32),
-    /// Fewer fields than this version has.
-    #[error("its descriptor has {0} bytes instead of {expected}", expected = size_of::<abi::Module>())]
-    Size(u32),
+    /// Fewer fields than this version always had.
+    #[error("its descriptor has {0} bytes, which is no size of this version: it has {least} at least",
+        least = abi::Module::V1_SIZE)]
+    Size(usize),
     /// An item of a list is shorter than this version has it, or its size is none.
     #[error("one of its {0} has {1} bytes, which is no size of this version")]
     ItemSize(&'static str, usize),
@@ -90,8 +92,7 @@ pub unsafe fn describe(
 ) -> Result<Module, DescriptorError> {
     // SAFETY: as the caller says; each step reads no more than the step before has proven.
     unsafe {
-        check_head(module)?;
-        let module = &*module;
+        let module = &head(module)?;
         let found = name("its type name", module.type_name)?;
         if found != type_name {
             return Err(DescriptorError::Type {
@@ -152,30 +153,17 @@ fn activity(number: u32) -> Result<&'static str, DescriptorError> {
     }
 }
 
-/// Checks all that must hold before the descriptor may be seen as a Rust value.
-unsafe fn check_head(module: *const abi::Module) -> Result<(), DescriptorError> {
-    if module.is_null() {
-        return Err(DescriptorError::Null);
-    }
-    if !module.is_aligned() {
-        return Err(DescriptorError::Unaligned(module.addr()));
-    }
-    let base = module.cast::<u8>();
-    // SAFETY: version and size are the first fields of every version of the descriptor.
-    let (version, size) = unsafe {
-        (
-            base.cast::<u32>().read_unaligned(),
-            base.add(offset_of!(abi::Module, size))
-                .cast::<u32>()
-                .read_unaligned(),
-        )
+/// Copies the descriptor itself, after checking all that must hold before it may be seen as a Rust value.
+unsafe fn head(module: *const abi::Module) -> Result<abi::Module, DescriptorError> {
+    let misfit = |misfit| match misfit {
+        Misfit::Null => DescriptorError::Null,
+        Misfit::Unaligned(address) => DescriptorError::Unaligned(address),
+        Misfit::Version(version) => DescriptorError::Version(version),
+        Misfit::Size(size) => DescriptorError::Size(size),
     };
-    if version != ABI_VERSION {
-        return Err(DescriptorError::Version(version));
-    }
-    if (size as usize) < size_of::<abi::Module>() {
-        return Err(DescriptorError::Size(size));
-    }
+    let base = module.cast::<u8>();
+    // SAFETY: the caller vouches for the beginning.
+    unsafe { sized::size(module) }.map_err(misfit)?;
     let functions = [
         ("create", offset_of!(abi::Module, create)),
         ("destroy", offset_of!(abi::Module, destroy)),
@@ -188,7 +176,8 @@ unsafe fn check_head(module: *const abi::Module) -> Result<(), DescriptorError> 
             return Err(DescriptorError::Function(name));
         }
     }
-    Ok(())
+    // SAFETY: as long as it says, by the caller's word, and all that may not be zero is not.
+    unsafe { sized::read(module) }.map_err(misfit)
 }
 
 unsafe fn ports(module: &abi::Module) -> Result<Vec<Port>, DescriptorError> {
@@ -424,7 +413,7 @@ mod tests {
         let names: Vec<_> = module.unwrap().ports.into_iter().map(|p| p.name).collect();
         assert_eq!(names, ["in", "out"]);
         assert!(refused(|_, l| l.ports[0].size -= 8).contains("one of its ports has 40 bytes"));
-        assert!(refused(|_, l| l.ports[1].size += 8).contains("one of its ports has 48 bytes"));
+        assert!(refused(|_, l| l.ports[1].size += 8).contains("one of its ports has 56 bytes"));
         assert!(refused(|_, l| l.ports[0].size += 3).contains("51 bytes"));
         assert!(refused(|_, l| l.ports[1].abi_version = 2).contains("for version 2"));
     }
@@ -435,7 +424,8 @@ mod tests {
             refused(|m, _| m.abi_version = 7),
             "it was built for version 7 of the module interface, this manager speaks version 1"
         );
-        assert!(refused(|m, _| m.size = 16).contains("16 bytes"));
+        assert!(refused(|m, _| m.size = 16).contains("16 bytes, which is no size"));
+        assert!(refused(|m, _| m.size = 4100).contains("4100 bytes"));
         assert!(refused(|m, _| m.default_rate = f64::NAN).contains("NaN"));
         assert!(refused(|m, _| m.ports_len = 1025).contains("1025 ports"));
         assert!(refused(|m, _| m.ports = std::ptr::null()).contains("null pointer"));

@@ -242,6 +242,11 @@ impl Module {
         }
     }
 
+    /// IDL source of the types that are its own.
+    pub fn idl(&self) -> &str {
+        &self.idl
+    }
+
     /// Its ports as the protocol shows them.
     pub fn port_infos(&self) -> Vec<PortInfo> {
         let direction = |direction| match direction {

@@ -167,6 +167,8 @@ fn establish(
         request,
         data_type: &port.data_type,
         pulls: settings.dataflow == Dataflow::Pull,
+        endian: settings.endian,
+        idl: component.module.idl(),
     };
     let sender = Sender::new(dial(target, kinds, deadline)?, &settings)
         .map_err(|e| internal(format!("connector {}: {e}", request.connector)))?;

@@ -153,6 +153,20 @@ fn shared(
     }
 }
 
+/// The same for one that also shares its state with the others.
+fn of_composite(
+    manager: &Running,
+    at: (&str, i32),
+    kind: &str,
+    parameters: &[(&str, &str)],
+) -> CreateRequest {
+    let mut request = shared(manager, at, kind, parameters);
+    if let Some(shared) = &mut request.execution_context {
+        shared.shared_state = Some("arm".to_owned());
+    }
+    request
+}
+
 fn create(client: &mut Client, request: CreateRequest) -> String {
     match ok(client, RequestBody::Create(request)) {
         ResponseBody::Created { incarnation } => incarnation,
@@ -527,4 +541,46 @@ fn cpus_of(manager: &Running, thread: &str) -> String {
         .lines()
         .find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
     cpus.unwrap().trim().to_owned()
+}
+
+#[test]
+fn members_that_share_their_state_fail_are_reset_and_deactivated_together() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    create(&mut client, of_composite(&manager, ("A", 1), "other", &[]));
+    create(&mut client, of_composite(&manager, ("B", 2), "other", &[]));
+    create(&mut client, shared(&manager, ("C", 3), "other", &[]));
+    let states =
+        |client: &mut Client| ["A", "B", "C"].map(|instance| component(client, instance).state);
+    for instance in ["A", "B", "C"] {
+        ok(&mut client, activate(instance));
+    }
+    let failing = configure("A", &[("fail", "on_execute"), ("reason", "told to")]);
+    ok(&mut client, failing);
+    ok(&mut client, tick("C", 2));
+    assert_eq!(states(&mut client), ["Error", "Error", "Active"]);
+    let why = component(&mut client, "B").message.unwrap();
+    assert_eq!(why, "A of arm is in Error: on_execute: told to");
+    assert_eq!(component(&mut client, "B").executions, 1);
+
+    ok(&mut client, configure("A", &[("fail", "")]));
+    let reset = RequestBody::Reset {
+        instance: "B".to_owned(),
+    };
+    ok(&mut client, reset);
+    assert_eq!(states(&mut client), ["Inactive", "Inactive", "Active"]);
+    ok(&mut client, activate("A"));
+    ok(&mut client, activate("B"));
+    ok(&mut client, deactivate("B"));
+    assert_eq!(states(&mut client), ["Inactive", "Inactive", "Active"]);
+
+    // None is activated beside one that is in Error.
+    ok(&mut client, configure("A", &[("fail", "on_activated")]));
+    refused(&mut client, activate("A"), SOON);
+    let failure = refused(&mut client, activate("B"), SOON);
+    assert_eq!(
+        failure.message,
+        "B: A, with which it shares its state in arm, is in Error: reset that first"
+    );
 }

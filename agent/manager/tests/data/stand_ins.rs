@@ -9,7 +9,7 @@ use crate::support::*;
 use crate::{C, bound, connector};
 
 /// A request for a stand-in with an in-port and an out-port of a type.
-fn stand_in(manager: &Running, instance: &str, data_type: &str) -> CreateRequest {
+pub fn stand_in(manager: &Running, instance: &str, data_type: &str) -> CreateRequest {
     let port = |name: &str, data_type: &str| PortInfo {
         name: name.to_owned(),
         direction: name.to_owned(),
@@ -33,7 +33,7 @@ fn stand_in(manager: &Running, instance: &str, data_type: &str) -> CreateRequest
 }
 
 /// Creates it; its incarnation.
-fn make(client: &mut Client, request: CreateRequest) -> String {
+pub fn make(client: &mut Client, request: CreateRequest) -> String {
     match ok(client, RequestBody::Create(request)) {
         ResponseBody::Created { incarnation } => incarnation,
         other => panic!("{other:?}"),

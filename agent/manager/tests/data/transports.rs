@@ -8,6 +8,10 @@ use rts_manager_api::control::*;
 use rts_manager_api::data::DataReply;
 use rts_manager_api::frame;
 
+use rts_runtime::types::{DataType, Endian, TimedShort};
+use rts_transport::Kind;
+
+use crate::stand_ins::{make, stand_in};
 use crate::support::*;
 use crate::{BETWEEN, C, bound, connector, pair, with};
 
@@ -168,6 +172,81 @@ fn connectors_go_by_their_properties_over_every_transport() {
         assert_eq!(still.properties["dataport.dataflow_type"], "pull");
     }
     assert_eq!(component(&mut l, "A").state, "Inactive");
+}
+
+#[test]
+fn samples_travel_with_either_byte_first() {
+    let (left, right) = (start("left"), start("right"));
+    let (mut l, mut r) = (left.client(), right.client());
+    make(&mut l, stand_in(&left, "A", "IDL:RTC/TimedShort:1.0"));
+    let incarnation = make(&mut r, stand_in(&right, "B", "IDL:RTC/TimedShort:1.0"));
+    ok(&mut r, binding(C, "B", "in", "A.out"));
+    let request = connection("A", "B", &incarnation, Some(&right.socket()));
+    for (interface, endian) in [("shm", "big"), ("tcp", "big,little"), ("uds", "little,big")] {
+        let properties = [
+            ("interface_type", interface),
+            ("serializer.cdr.endian", endian),
+        ];
+        ok(&mut l, with(&request, &properties));
+        ok(&mut r, activate("B"));
+        ok(&mut l, activate("A"));
+        until("samples flow", || bound(&mut r).samples_received >= 10);
+        ok(&mut l, deactivate("A"));
+        until("all is read", || {
+            bound(&mut r).samples_received == connector(&mut l).samples_sent
+        });
+        ok(&mut r, deactivate("B"));
+        let (sent, received) = (connector(&mut l), bound(&mut r));
+        assert_eq!((sent.drops, received.drops, received.gaps), (0, 0, 0));
+    }
+    let log = right.log("B");
+    assert!(!log.contains("samples, 0 gaps, 0 out of order, 1"), "{log}");
+    assert_eq!(
+        log.matches(" 0 gaps, 0 out of order, 0 faulty").count(),
+        3,
+        "{log}"
+    );
+
+    // On the way it is as it was said: a peer that takes them as they come.
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let socket = home.path().join("control.sock");
+    let listener = UnixListener::bind(&socket).unwrap();
+    let peer = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        let Greeting::Data(hello) = frame::read(&mut stream).unwrap() else {
+            panic!("it is no control connection");
+        };
+        let reply = DataReply {
+            transport: hello.transport.clone(),
+            ..DataReply::default()
+        };
+        frame::write_answer(&mut stream, &reply).unwrap();
+        frame::write_answer(&mut stream, &reply).unwrap();
+        let mut receiver = Kind::Unix.receiver(stream.into()).unwrap();
+        let sample = receiver.take(SOON).unwrap().expect("a sample");
+        (hello.encoding, sample.payload)
+    });
+    let request = connection("A", "B", "i", Some(&socket));
+    let properties = [("interface_type", "uds"), ("serializer.cdr.endian", "big")];
+    ok(&mut l, with(&request, &properties));
+    ok(&mut l, activate("A"));
+    let (encoding, payload) = peer.join().unwrap();
+    assert_eq!(encoding, "cdr-be");
+    let sample = TimedShort::decode_as(Endian::Big, &payload).unwrap();
+    let before = TimedShort::decode_as(Endian::Little, &payload).unwrap();
+    assert!(
+        sample.tm.sec < 1 << 31 && before.tm.nsec != sample.tm.nsec,
+        "{sample:?}"
+    );
+
+    let unknown = stand_in(&left, "Z", "IDL:Img/TimedCameraImage:1.0");
+    make(&mut l, unknown);
+    let request = connection("Z", "B", &incarnation, Some(&right.socket()));
+    let refusal = refused(&mut l, with(&request, &properties), SOON).message;
+    assert!(
+        refusal.contains("needs the IDL of IDL:Img/TimedCameraImage:1.0"),
+        "{refusal}"
+    );
 }
 
 #[test]

@@ -50,14 +50,8 @@ impl<S: Source> StreamReceiver<S> {
     }
 
     fn read(&mut self, patience: Option<Duration>) -> Result<Option<Sample>, Ended> {
-        let mut wait = patience;
-        // Most samples need no clock; the first look at it comes after the first wait.
+        // A sample that is here already needs no clock.
         let mut begun = None;
-        let mut left = |patience: Option<Duration>| {
-            let begun = begun.get_or_insert_with(Instant::now);
-            let left = patience?.saturating_sub(begun.elapsed());
-            (!left.is_zero()).then_some(left)
-        };
         loop {
             // A close of this side wins over all that is still there.
             if self.shared.closed.load(Ordering::Acquire) {
@@ -68,13 +62,16 @@ impl<S: Source> StreamReceiver<S> {
                 Some(Message::GoodBye) => return Err(Ended::GoodBye),
                 None => {}
             }
+            // One that comes in parts is waited for no longer than one that does not come.
+            let left = patience.map(|patience| {
+                let begun = begun.get_or_insert_with(Instant::now);
+                patience.saturating_sub(begun.elapsed())
+            });
             let (space, limit) = self.decoder.space();
-            match self.shared.source.read(space, limit, wait) {
+            match self.shared.source.read(space, limit, left) {
                 Ok(Read::Some) => {}
-                Ok(Read::Nothing) => match left(patience) {
-                    None => return Ok(None),
-                    left => wait = left,
-                },
+                Ok(Read::Nothing) if left.is_none_or(|left| left.is_zero()) => return Ok(None),
+                Ok(Read::Nothing) => {}
                 Ok(Read::End) => return Err(self.judge_end()),
                 Err(error) => return Err(self.judge(Ended::lost(error))),
             }

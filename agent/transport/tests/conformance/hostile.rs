@@ -3,6 +3,10 @@
 use std::fs::File;
 use std::io::Write;
 use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use rts_transport::frame::{HEADER, Header};
 use rts_transport::{Ended, Kind, MAX_SAMPLE, Receiver};
@@ -72,6 +76,29 @@ pub fn what_is_no_frame_is_refused(kind: Kind) {
         let _ = raw.write_all(&header(2, 0));
         assert!(matches!(end(&mut *receiver), (0, Ended::Lost(_))));
     }
+}
+
+pub fn a_sample_that_trickles_is_waited_for_no_longer_than_asked(kind: Kind) {
+    let (mut raw, mut receiver) = receiver(kind);
+    raw.write_all(&header(1, 100_000)).unwrap();
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = Arc::clone(&stop);
+    let trickle = thread::spawn(move || {
+        let mut sent = 0;
+        while !stopped.load(Ordering::Relaxed) {
+            raw.write_all(&[7]).unwrap();
+            sent += 1;
+            thread::sleep(Duration::from_millis(5));
+        }
+        raw.write_all(&vec![7; 100_000 - sent]).unwrap();
+        raw
+    });
+    assert_eq!(receiver.take(Duration::from_millis(50)), Ok(None));
+    assert!(!trickle.is_finished(), "it came all the while");
+    stop.store(true, Ordering::Relaxed);
+    let taken = next(&mut *receiver);
+    assert_eq!((taken.sequence, &*taken.payload), (1, &[7; 100_000][..]));
+    drop(trickle.join().unwrap());
 }
 
 pub fn a_cut_sample_is_a_loss(kind: Kind) {

@@ -62,6 +62,7 @@ macro_rules! over_sockets {
             hostile::a_sender_that_sends_nothing_any_more_is_a_loss,
             hostile::what_is_no_frame_is_refused,
             hostile::a_cut_sample_is_a_loss,
+            hostile::a_sample_that_trickles_is_waited_for_no_longer_than_asked,
         }
     };
 }

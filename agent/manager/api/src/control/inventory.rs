@@ -262,12 +262,15 @@ pub struct ConnectorInfo {
     pub state: String,
     /// `direct`, `shm`, `uds` or `tcp`; empty before it was connected.
     pub transport: String,
-    /// Samples written to it.
+    /// Samples that it took from its writer.
     pub samples_sent: u64,
     /// Payload bytes sent.
     pub bytes: u64,
     /// Samples that found no room at the out-port end, or went for others.
     pub drops: u64,
+    /// Those of them that were never taken: their writer was told.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub refused: u64,
     /// Samples that were written to it in the last whole second.
     #[serde(default)]
     pub rate: u64,
@@ -311,4 +314,8 @@ pub struct Latency {
     pub p99_ns: u64,
     /// The longest.
     pub max_ns: u64,
+}
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }

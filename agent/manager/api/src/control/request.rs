@@ -21,6 +21,10 @@ pub struct Request {
 /// What to do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one at a time, and it is never moved in a loop"
+)]
 pub enum RequestBody {
     /// Open a module. Answer: `Module`. Idempotent for the same path.
     LoadModule {

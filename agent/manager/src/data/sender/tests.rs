@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::thread;
 
 use super::*;
-use crate::data::ends::{BETWEEN, pair};
+use crate::data::ends::{BETWEEN, agreed, pair};
 use crate::data::in_port::InPort;
 use crate::data::receive::receive;
 use crate::data::source::Source;
@@ -39,7 +39,7 @@ fn receiving(
     source: &Arc<Source>,
 ) -> thread::JoinHandle<Ended> {
     let (port, source) = (Arc::clone(port), Arc::clone(source));
-    thread::spawn(move || receive(&mut *receiver, &port, &source, true))
+    thread::spawn(move || receive(&mut *receiver, &port, &source, &agreed()))
 }
 
 fn push(sender: &Sender, sequence: u64, payload: Payload) -> u64 {

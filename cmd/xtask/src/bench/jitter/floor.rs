@@ -64,7 +64,7 @@ fn sleep(length: Duration) -> Timing {
 }
 
 fn now() -> u64 {
-    let now = clock_gettime(ClockId::Monotonic.into());
+    let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec as u64 * SECOND + now.tv_nsec as u64
 }
 
