@@ -258,6 +258,29 @@ fn nothing_is_left_of_who_looks_when_anybody_is_killed() {
         assert_eq!(after["status"]["state"], "Active");
     }
 
+    // What is looked at is not slowed down.
+    let print = Beside::start(&stack, &["port", "print", "Sine0.out"]);
+    tapped(&stack, "Sine0.out", "print");
+    let said = stack.expect(0, &["top", "-o", "json", "--system", "hello"]);
+    let top: Value = serde_json::from_str(&said.out).unwrap();
+    let each = |kind: &str, key: &str| {
+        let items = top[kind].as_array().unwrap().clone();
+        items
+            .into_iter()
+            .map(|item| item[key].as_f64())
+            .collect::<Vec<_>>()
+    };
+    for (kind, key, count) in [
+        ("components", "reachedHz", 3),
+        ("connectors", "samplesPerSecond", 2),
+        ("managers", "memoryBytes", 2),
+    ] {
+        let values = each(kind, key);
+        assert_eq!(values.len(), count, "{top}");
+        assert!(values.iter().all(|value| *value > Some(0.0)), "{top}");
+    }
+    print.killed();
+
     // A reader that wants no more ends it without a word; Ctrl-C ends it as it ends all.
     let print = Beside::start(&stack, &["port", "print", "Sine0.out"]);
     tapped(&stack, "Sine0.out", "print");
