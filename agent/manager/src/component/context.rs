@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -29,6 +30,8 @@ pub struct ExecutionContext {
     /// What drives it.
     pub kind: Execution,
     orders: SyncSender<Order>,
+    /// Orders that somebody waits for an answer to, and that its thread has not taken.
+    asked: AtomicUsize,
     rate: Mutex<Rate>,
     members: Mutex<Vec<Seat>>,
 }
@@ -161,6 +164,7 @@ impl ExecutionContext {
             name: asked.map(|asked| asked.name.clone()),
             kind,
             orders,
+            asked: AtomicUsize::new(0),
             rate: Mutex::new(Rate {
                 hertz: rate.said.unwrap_or(rate.default),
                 said: rate.said.is_some(),
@@ -202,7 +206,27 @@ impl ExecutionContext {
 
     /// Hands an order to its thread. Never blocks.
     pub fn tell(&self, order: Order) -> Result<(), TrySendError<Order>> {
-        self.orders.try_send(order)
+        let asks = order.asks();
+        if asks {
+            self.asked.fetch_add(1, Ordering::Relaxed);
+        }
+        self.orders.try_send(order).inspect_err(|_| {
+            if asks {
+                self.asked.fetch_sub(1, Ordering::Relaxed);
+            }
+        })
+    }
+
+    /// Its thread has taken an order.
+    pub fn taken(&self, order: &Order) {
+        if order.asks() {
+            self.asked.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether somebody waits for an answer of its thread.
+    pub fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed) > 0
     }
 
     /// Gives a component another number.

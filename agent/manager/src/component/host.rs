@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use rts_runtime::abi::port_status::{
-    PORT_BUFFER_EMPTY, PORT_BUFFER_FULL, PORT_BUFFER_TIMEOUT, PORT_ERROR, PORT_INVALID_ARGS,
-    PORT_OK,
+    PORT_BUFFER_EMPTY, PORT_BUFFER_FULL, PORT_BUFFER_TIMEOUT, PORT_CONNECTION_LOST, PORT_ERROR,
+    PORT_INVALID_ARGS, PORT_OK,
 };
 use rts_runtime::abi::{self, ABI_VERSION, Buffer, ENCODING_CDR_LE, Loan, Text, return_code};
 use rts_runtime::sized;
@@ -148,6 +148,7 @@ fn status(written: Written) -> i32 {
         Written::Taken => PORT_OK,
         Written::BufferFull => PORT_BUFFER_FULL,
         Written::TimedOut => PORT_BUFFER_TIMEOUT,
+        Written::Lost => PORT_CONNECTION_LOST,
     }
 }
 

@@ -134,6 +134,13 @@ pub enum Order {
     Wake,
 }
 
+impl Order {
+    /// Whether somebody waits for an answer.
+    fn asks(&self) -> bool {
+        matches!(self, Self::Join(_) | Self::Obey(_))
+    }
+}
+
 /// A component that is to be initialised and run.
 #[derive(Debug)]
 pub struct Joining {

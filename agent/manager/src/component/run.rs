@@ -55,6 +55,9 @@ impl<'a> Runner<'a> {
     /// Waits for an order or the next cycle, and carries it out.
     fn turn(&mut self, orders: &Receiver<Order>) {
         let order = self.wait(orders);
+        if let Some(order) = &order {
+            self.context.taken(order);
+        }
         self.attend();
         match order {
             Some(Order::Join(joining)) => self.join(joining),
@@ -321,15 +324,28 @@ impl<'a> Runner<'a> {
                 Execution::External.name()
             )));
         }
+        let begun = component.state();
+        // The answer is to come before whoever waits for it gives up.
+        let left = deadline.saturating_duration_since(Instant::now());
+        let last = deadline - (left / 10).min(ANSWER);
         for done in 0..cycles {
             let state = component.state();
-            if state != State::Active {
-                let message = format!("{name} is {} after {done} of {cycles} cycles", state.name());
-                return Err(failure(FailureCode::ComponentFailed, message));
+            if state != begun || !matches!(state, State::Active | State::Error) {
+                return Err(stopped(
+                    component,
+                    &format!("after {done} of {cycles} cycles"),
+                ));
             }
-            if Instant::now() >= deadline {
+            if done > 0 && Instant::now() >= last {
                 let message = format!("{name} ran {done} of {cycles} cycles in time");
                 return Err(failure(FailureCode::Deadline, message));
+            }
+            if done > 0 && self.context.is_asked() {
+                let message = format!(
+                    "{name} ran {done} of {cycles} cycles, until something else was asked of {}",
+                    self.context.called()
+                );
+                return Err(failure(FailureCode::ComponentFailed, message));
             }
             self.cycle();
             let stops = lock(&component.loss).is_some();
@@ -343,14 +359,25 @@ impl<'a> Runner<'a> {
         }
         match component.state() {
             State::Active => Ok(()),
-            state => {
-                let reason = lock(&component.status).message.clone();
-                let reason = reason.map_or(String::new(), |reason| format!(": {reason}"));
-                let message = format!("{name} went to {}{reason}", state.name());
-                Err(failure(FailureCode::ComponentFailed, message))
-            }
+            _ => Err(stopped(
+                component,
+                &format!("after {cycles} of {cycles} cycles"),
+            )),
         }
     }
+}
+
+/// Time before the deadline of a request at which its answer is given at the latest.
+const ANSWER: Duration = Duration::from_millis(200);
+
+/// Says in which state a component is, and why.
+fn stopped(component: &Component, when: &str) -> Failure {
+    let status = lock(&component.status);
+    let reason = status.message.as_ref();
+    let reason = reason.map_or(String::new(), |reason| format!(": {reason}"));
+    let name = &component.identity.instance;
+    let message = format!("{name} is {} {when}{reason}", status.state.name());
+    failure(FailureCode::ComponentFailed, message)
 }
 
 /// Time between two ticks.

@@ -132,10 +132,13 @@ impl Connector {
 
     /// Sends a sample when it is connected. One that finds no room is given back, to wait for it without holding other
     /// connectors up.
-    pub fn offer(&self, payload: &Payload, written: u64) -> Result<(), Full> {
+    pub fn offer(&self, payload: &Payload, written: u64) -> Result<Written, Full> {
         let link = lock(&self.link).clone();
         if !link.is_open() {
-            return Ok(());
+            return Ok(match self.was_lost(&link) {
+                true => Written::Lost,
+                false => Written::Taken,
+            });
         }
         let size = payload.len() as u64;
         self.bytes.fetch_add(size, Ordering::Relaxed);
@@ -157,10 +160,13 @@ impl Connector {
             Link::Between(sender) => sender.offer(sample),
         };
         self.drops.fetch_add(drops, Ordering::Relaxed);
-        if offered.is_ok() {
-            self.rate.count(written);
+        match offered {
+            Ok(()) => {
+                self.rate.count(written);
+                Ok(Written::Taken)
+            }
+            Err(sample) => Err(Full { link, sample }),
         }
-        offered.map_err(|sample| Full { link, sample })
     }
 
     /// Waits for room for a sample that found none, as the policy says. One that is refused was not sent.
@@ -229,7 +235,11 @@ impl Connector {
 
     /// True when its other end was lost, until it is connected again.
     pub fn is_lost(&self) -> bool {
-        match &*lock(&self.link) {
+        self.was_lost(&lock(&self.link))
+    }
+
+    fn was_lost(&self, link: &Link) -> bool {
+        match link {
             Link::Connecting => self.replaces_lost,
             Link::Direct { source, .. } => source.is_lost(),
             Link::Between(_) => false,

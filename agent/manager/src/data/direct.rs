@@ -57,9 +57,12 @@ fn publisher(
     })?;
     let (port, source, outbox) = (Arc::clone(port), Arc::clone(source), Arc::clone(outbox));
     let run = move || {
-        if publish(&outbox, &port, &source).is_err() {
-            port.close(&source, Parting::Loss);
-        }
+        let mut publisher = Publisher {
+            port,
+            source,
+            has_failed: true,
+        };
+        publisher.has_failed = publish(&outbox, &publisher.port, &publisher.source).is_err();
         drop(slot);
     };
     let spawned = thread::Builder::new()
@@ -68,4 +71,19 @@ fn publisher(
     spawned
         .map(drop)
         .map_err(|e| internal(format!("no thread to publish: {e}")))
+}
+
+/// A thread that publishes. However it ends, nobody takes its connector for one that works.
+struct Publisher {
+    port: Arc<InPort>,
+    source: Arc<Source>,
+    has_failed: bool,
+}
+
+impl Drop for Publisher {
+    fn drop(&mut self) {
+        if self.has_failed {
+            self.port.close(&self.source, Parting::Loss);
+        }
+    }
 }

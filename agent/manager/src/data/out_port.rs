@@ -45,11 +45,13 @@ impl OutPort {
         self.taps.offer(payload);
         let connectors = Arc::clone(&lock(&self.connectors));
         let mut full = Vec::new();
+        let mut worst = Written::Taken;
         if !connectors.is_empty() {
             let written = now();
             for connector in connectors.iter() {
-                if let Err(sample) = connector.offer(payload, written) {
-                    full.push((connector, sample));
+                match connector.offer(payload, written) {
+                    Ok(written) => worst = worst.max(written),
+                    Err(sample) => full.push((connector, sample)),
                 }
             }
         }
@@ -57,7 +59,7 @@ impl OutPort {
         let waited = full
             .into_iter()
             .map(|(connector, sample)| connector.wait(sample, began));
-        waited.max().unwrap_or(Written::Taken)
+        waited.fold(worst, Written::max)
     }
 
     /// Adds a connector. `allowed` is asked under the lock, so that none is added while its component is deleted.

@@ -15,6 +15,8 @@ pub enum Written {
     BufferFull,
     /// There was no room in time, and it was dropped.
     TimedOut,
+    /// The other end is lost, and not connected again yet.
+    Lost,
 }
 
 /// What became of a read.

@@ -237,16 +237,33 @@ fn send(
     slot: Slot,
 ) -> Result<(), Failure> {
     let spawned = thread::Builder::new().name("sender".to_owned()).spawn({
-        let (manager, connector) = (Arc::clone(manager), Arc::clone(connector));
+        let mut sending = Sending {
+            manager: Arc::clone(manager),
+            connector: Arc::clone(connector),
+            ended: Ended::lost("the thread that sends has failed"),
+        };
         move || {
-            let ended = sender.send();
-            if connector.close(ended.parting()) {
-                report(&manager, &connector.request, &ended);
-            }
+            sending.ended = sender.send();
+            drop(sending);
             drop(slot);
         }
     });
     spawned
         .map(drop)
         .map_err(|e| internal(format!("no thread to send: {e}")))
+}
+
+/// A thread that sends. However it ends, nobody takes its connector for one that works.
+struct Sending {
+    manager: Arc<Manager>,
+    connector: Arc<Connector>,
+    ended: Ended,
+}
+
+impl Drop for Sending {
+    fn drop(&mut self) {
+        if self.connector.close(self.ended.parting()) {
+            report(&self.manager, &self.connector.request, &self.ended);
+        }
+    }
 }

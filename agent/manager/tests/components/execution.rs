@@ -78,10 +78,39 @@ fn one_that_is_ticked_runs_as_many_cycles_and_one_that_waits_for_samples_runs_wh
     );
     let failure = refused(&mut client, tick("A", 3), SOON);
     assert_eq!(failure.code, FailureCode::ComponentFailed);
-    assert_eq!(failure.message, "A is Error after 1 of 3 cycles");
+    assert_eq!(
+        failure.message,
+        "A is Error after 1 of 3 cycles: on_execute: told to"
+    );
+    // In Error a tick calls `on_error`, and the answer says what it is in.
+    let failure = refused(&mut client, tick("A", 2), SOON);
+    assert_eq!(
+        failure.message,
+        "A is Error after 2 of 2 cycles: on_execute: told to"
+    );
     ok(&mut client, deactivate("B"));
     ok(&mut client, activate("B"));
     ok(&mut client, deactivate("B"));
+}
+
+#[test]
+fn a_tick_gives_way_to_whoever_asks_something_else() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    let slow = [("hang", "on_execute"), ("hang_ms", "10")];
+    ok(&mut client, driven(&manager, "A", "other", &slow));
+    ok(&mut client, activate("A"));
+    let mut other = manager.client();
+    let ticker = std::thread::spawn(move || other.call(tick("A", 1_000_000), SOON * 10));
+    until("it is ticked", || {
+        component(&mut client, "A").executions > 2
+    });
+    ok(&mut client, deactivate("A"));
+    assert_eq!(component(&mut client, "A").state, "Inactive");
+    let refused = ticker.join().unwrap().unwrap_err().to_string();
+    let why = "of 1000000 cycles, until something else was asked of its own execution context";
+    assert!(refused.contains(why), "{refused}");
 }
 
 fn load_failing() -> RequestBody {

@@ -100,7 +100,10 @@ fn a_component_that_is_not_there_shows_the_process_it_would_be_in() {
     scene.components[0].status.pid = None;
     let manager = |scene: &Scene, says: &str| {
         let page = page(Kind::Component, "Sine0", scene);
-        assert!(page.contains(&format!("Manager:         {says}\n")), "{page}");
+        assert!(
+            page.contains(&format!("Manager:         {says}\n")),
+            "{page}"
+        );
     };
     manager(&scene, "main (pid 4711)");
     scene.managers[0].status.state = "Unresponsive".to_owned();
