@@ -1,6 +1,7 @@
 //! Turns what is stored, planned and observed into the objects that clients see. Decides nothing.
 
 mod components;
+mod composites;
 mod conditions;
 mod connectors;
 pub mod drift;
@@ -60,7 +61,9 @@ pub fn all(core: &Core) {
     };
     core.view.replace(nodes::nodes(&scene));
     let before = |key: &str| core.view.get(key);
-    core.view.replace(components::components(&scene, before));
+    let mut components = components::components(&scene, before);
+    components.extend(composites::composites(&scene, &components));
+    core.view.replace(components);
     core.view.replace(connectors::connectors(&scene));
     core.view.replace(managers::managers(&scene));
     let now = core.clock.now();

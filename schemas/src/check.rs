@@ -5,6 +5,7 @@
 mod against;
 mod choices;
 mod component;
+mod composite;
 mod configured;
 mod connector;
 mod constraint;
@@ -66,6 +67,7 @@ pub fn profile(read: &ReadProfile) -> Report {
         parameters::parameters(&mut check, component);
     }
     component::duplicates(&mut check);
+    composite::composites(&mut check);
     location::locations(&mut check);
     connector::connectors(&mut check);
     for order in &read.profile.orders {

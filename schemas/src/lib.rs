@@ -6,6 +6,7 @@ pub mod canonical;
 pub mod cdr;
 pub mod check;
 pub mod codes;
+pub mod composite;
 pub mod connector;
 pub mod diagnostic;
 pub mod docs;

@@ -26,7 +26,7 @@ use crate::system::{
     StandInFault,
 };
 use crate::yaml::{self, Node};
-use crate::yaml_type::{Faults, Map, YamlType, yaml_type};
+use crate::yaml_type::{Definitions, Faults, Leaf, Map, Row, YamlType, yaml_type};
 
 /// The prefix of the keys in a profile; an overlay may leave it away.
 pub const PREFIX: &str = "rtsctl.";
@@ -68,7 +68,7 @@ yaml_type! {
         /// When a stand-in, with its ports but without its code, takes its place; a mapping says how that behaves too.
         stand_in: StandInSetting = "standIn";
         /// The execution context that runs it.
-        execution_context: ExecutionContextSettings = "executionContext";
+        execution_context: Box<ExecutionContextSettings> = "executionContext";
         /// What it may use of its node.
         resources: ResourceSettings = "resources";
         /// Configuration sets, parameter by parameter, and the active one.
@@ -130,6 +130,29 @@ yaml_type! {
         active: Value = "active";
         /// Set, then parameter, then its value; `null` takes a parameter or a whole set away.
         sets: Map<Map<Value>> = "sets";
+    }
+}
+
+/// It is seldom said, and costs little where it is not.
+impl YamlType for Box<ExecutionContextSettings> {
+    fn schema(definitions: &mut Definitions) -> serde_json::Value {
+        ExecutionContextSettings::schema(definitions)
+    }
+
+    fn read(node: &Node, key: &str, faults: &mut Faults) -> Option<Self> {
+        ExecutionContextSettings::read(node, key, faults).map(Self::new)
+    }
+
+    fn write(&self) -> serde_json::Value {
+        self.as_ref().write()
+    }
+
+    fn rows(path: &str, doc: &str, rows: &mut Vec<Row>) {
+        ExecutionContextSettings::rows(path, doc, rows);
+    }
+
+    fn leaves(&self, path: &[&str], span: Span, leaves: &mut Vec<Leaf>) {
+        self.as_ref().leaves(path, span, leaves);
     }
 }
 

@@ -1,6 +1,7 @@
 //! RTS Profile (XML or YAML, versions 0.1 and 0.2): read into a mirror, then lowered to the one model; and written again
 //! from that model, as XML of version 0.2.
 
+pub(crate) mod composite;
 pub mod forms;
 pub mod ior;
 mod lower;

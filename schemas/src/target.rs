@@ -8,6 +8,7 @@ pub use named::UnknownTarget;
 
 use std::collections::{HashMap, HashSet};
 
+use crate::composite;
 use crate::system::{ComponentSpec, ConnectorSpec, PortRef, SystemSpec};
 use merge::merged;
 use named::Named;
@@ -31,6 +32,7 @@ pub fn narrow(
         name: new.name.clone(),
         full_id: new.full_id.clone(),
         components: Vec::new(),
+        composites: Vec::new(),
         connectors: Vec::new(),
         orders: crate::system::Orders::default(),
     };
@@ -43,7 +45,14 @@ pub fn narrow(
     let there: HashSet<&str> = components.iter().map(|c| c.instance.as_str()).collect();
     let connectors = connectors(stored, new, &named, &there);
     let orders = conditions::orders(&stored.orders, &new.orders, &taken, &there);
+    let composites = composite::of_part(
+        stored,
+        new,
+        |instance| taken.contains(instance),
+        |instance| there.contains(instance),
+    );
     Ok(SystemSpec {
+        composites,
         name: stored.name.clone(),
         full_id: stored.full_id.clone(),
         connectors,

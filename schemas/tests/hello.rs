@@ -9,6 +9,7 @@ use rts_schemas::system::{RestartPolicy, SystemSpec};
 const SYSTEM: &str = include_str!("../../manifests/hello/system.xml");
 const TWIN: &str = include_str!("../../manifests/hello/system.yaml");
 const CHANGED: &str = include_str!("../../manifests/hello/changed.xml");
+const COMPOSITE: &str = include_str!("../../manifests/hello/composite.xml");
 const LAB: &str = include_str!("../../manifests/hello/lab.yaml");
 
 fn read(name: &str, text: &str) -> SystemSpec {
@@ -61,4 +62,55 @@ fn the_overlay_wins() {
     assert!(filter.policy.reset_on_error);
     assert!(printer.placement.isolated);
     assert_eq!(printer.policy.restart, RestartPolicy::Never);
+}
+
+#[test]
+fn a_composite_is_a_name_for_its_members_and_survives_being_written() {
+    let spec = read("composite.xml", COMPOSITE);
+    let names: Vec<&str> = spec
+        .components
+        .iter()
+        .map(|c| c.instance.as_str())
+        .collect();
+    assert_eq!(names, ["Sine0", "Filter0", "Printer0"]);
+    let shared = |index: usize| spec.components[index].execution_context.clone();
+    let (sine, filter) = (shared(0), shared(1));
+    assert_eq!(sine.name.as_deref(), Some("Loop0"));
+    assert_eq!((sine.order, filter.order), (10, 20));
+    assert_eq!((sine.rate, filter.rate), (Some(50.0), Some(50.0)));
+    assert_eq!(filter.shared_state.as_deref(), Some("Loop0"));
+    assert_eq!((shared(2).name, shared(2).rate), (None, Some(100.0)));
+    assert_eq!(spec.connectors[1].source.to_string(), "Filter0.out");
+    assert_eq!(spec.composites[0].members, ["Sine0", "Filter0"]);
+
+    let options = rts_schemas::rts_profile::WriteOptions {
+        created: "2026-01-15T10:00:00",
+        updated: "2026-01-15T10:00:00",
+        abstract_text: "",
+    };
+    let written = rts_schemas::rts_profile::write(&spec, &options);
+    assert_eq!(read("written.xml", &written), spec);
+}
+
+#[test]
+fn what_an_overlay_says_of_a_composite_it_says_of_its_members() {
+    let text = "apiVersion: rtsctl.dev/v1\nkind: Deployment\nspec:\n  components:\n    \
+                Loop0: { manager: loop, resetOnError: true, executionContext: { rate: 20 } }\n    \
+                Sine0: { resetOnError: false }\n  order:\n    activation:\n      \
+                - { component: Printer0, after: Loop0 }\n";
+    let overlay = overlay::read("o.yaml", text.as_bytes()).unwrap();
+    let (spec, report) = load("composite.xml", COMPOSITE.as_bytes(), None, &[overlay]).unwrap();
+    assert_eq!(report.findings, []);
+    let of = |index: usize| &spec.components[index];
+    for index in [0, 1] {
+        assert_eq!(of(index).placement.manager.as_deref(), Some("loop"));
+        assert_eq!(of(index).execution_context.rate, Some(20.0));
+        assert_eq!(of(index).policy.reset_on_error, index == 1);
+    }
+    assert_eq!(of(2).placement.manager, None);
+    let order = &spec.orders.activation[0];
+    assert!(
+        format!("{order:?}").contains(r#"["Sine0", "Filter0"]"#),
+        "{order:?}"
+    );
 }

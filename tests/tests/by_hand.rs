@@ -84,3 +84,42 @@ fn a_component_made_by_hand_is_drift_and_goes_by_hand() {
     );
     stack.leaves_nothing();
 }
+
+#[test]
+fn a_composite_is_shown_with_the_state_of_its_members_and_goes_with_them() {
+    let stack = Stack::new();
+    stack.expect(0, &["apply", "manifests/hello/composite.xml"]);
+    let composite = stack.named("components", "Loop0");
+    assert_eq!(composite["status"]["state"], "Active");
+    assert_eq!(
+        composite["spec"]["composite"],
+        serde_json::json!({"kind": "PeriodicStateShared", "members": ["Sine0", "Filter0"]})
+    );
+    let filter = stack.named("components", "Filter0");
+    assert_eq!(filter["status"]["executionContext"]["name"], "Loop0");
+    assert_eq!(filter["status"]["executionContext"]["order"], 20);
+    assert_eq!(
+        filter["status"]["runsWith"],
+        serde_json::json!(["Sine0", "Filter0"])
+    );
+    assert_eq!(filter["status"]["rate"], 50.0, "that of the composite");
+    let said = stack.expect(0, &["describe", "component", "Filter0"]);
+    assert!(said.out.contains("Loop0 (order 20)"), "{said:#?}");
+    let connector = stack.named("connectors", "Filter0.out-Printer0.in");
+    assert_eq!(connector["status"]["state"], "Connected");
+    // Nothing is to be done for it.
+    let said = stack.expect(0, &["apply", "manifests/hello/composite.xml"]);
+    assert!(said.out.contains("no changes"), "{said:#?}");
+
+    let said = stack.expect(0, &["deactivate", "--dry-run", "Loop0"]);
+    assert!(
+        said.out.contains("component/Sine0") && said.out.contains("component/Filter0"),
+        "{said:#?}"
+    );
+    // What is exported is the same system again.
+    let exported = stack.expect(0, &["export", "composite"]).out;
+    let file = stack.home().join("exported.xml");
+    std::fs::write(&file, exported).unwrap();
+    let said = stack.expect(0, &["apply", &file.display().to_string()]);
+    assert!(said.out.contains("no changes"), "{said:#?}");
+}

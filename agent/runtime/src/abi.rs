@@ -2,7 +2,7 @@
 //!
 //! `include/rtsctl/rts_module.h` is made of this file; `docs/abi.md` explains it. A module exports one function,
 //! [`ENTRY`], that returns its [`Module`]. All structs but [`Text`] begin with their version and size. Within a version
-//! fields are only ever appended, so whoever reads a struct accepts a larger size and refuses a smaller one. Text is
+//! fields are only ever appended, and those are optional; [`sized`](crate::sized) reads what is shorter or longer. Text is
 //! UTF-8 with pointer and length, never zero-terminated. Nothing unwinds across the boundary: each side catches its own
 //! panics and exceptions. Calls on one instance never overlap and come from one thread.
 

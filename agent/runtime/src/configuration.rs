@@ -22,15 +22,37 @@ pub trait ParameterValue: Clone + Send + 'static {
     }
 }
 
+/// Decimal, or hexadecimal after `0x`, with a sign or without. `rtsctl check` reads the same.
+fn integer(text: &str) -> Option<i128> {
+    let (sign, digits) = match text.strip_prefix('-') {
+        Some(rest) => (-1, rest),
+        None => (1, text.strip_prefix('+').unwrap_or(text)),
+    };
+    let hex = digits.strip_prefix("0x").or(digits.strip_prefix("0X"));
+    let (digits, radix) = hex.map_or((digits, 10), |hex| (hex, 16));
+    // A second sign is none.
+    let begins = digits.starts_with(|c: char| c.is_digit(radix));
+    let number = begins.then(|| i128::from_str_radix(digits, radix).ok())??;
+    Some(sign * number)
+}
+
+fn whole<N: TryFrom<i128>>(text: &str) -> Option<N> {
+    N::try_from(integer(text.trim())?).ok()
+}
+
+fn real<N: FromStr>(text: &str) -> Option<N> {
+    N::from_str(text.trim()).ok()
+}
+
 macro_rules! numbers {
-    ($($number:ty: $name:literal, $expected:literal;)*) => {$(
+    ($($number:ty: $name:literal, $expected:literal, $read:path;)*) => {$(
         impl ParameterValue for $number {
             fn expected() -> String {
                 $expected.into()
             }
 
             fn parse(text: &str) -> Option<Self> {
-                <$number>::from_str(text.trim()).ok()
+                $read(text)
             }
 
             // Debug, not Display: it writes 1.0 as `1.0`, which is how OpenRTM's profiles have it.
@@ -46,15 +68,15 @@ macro_rules! numbers {
 }
 
 numbers! {
-    u8: "uint8_t", "an integer from 0 to 255";
-    i16: "short", "a 16-bit integer";
-    i32: "int", "a 32-bit integer";
-    i64: "long", "a 64-bit integer";
-    u16: "unsigned short", "a 16-bit unsigned integer";
-    u32: "unsigned int", "a 32-bit unsigned integer";
-    u64: "unsigned long", "a 64-bit unsigned integer";
-    f32: "float", "a number";
-    f64: "double", "a number";
+    u8: "uint8_t", "an integer from 0 to 255", whole;
+    i16: "short", "a 16-bit integer", whole;
+    i32: "int", "a 32-bit integer", whole;
+    i64: "long", "a 64-bit integer", whole;
+    u16: "unsigned short", "a 16-bit unsigned integer", whole;
+    u32: "unsigned int", "a 32-bit unsigned integer", whole;
+    u64: "unsigned long", "a 64-bit unsigned integer", whole;
+    f32: "float", "a number", real;
+    f64: "double", "a number", real;
 }
 
 impl ParameterValue for bool {
@@ -123,34 +145,24 @@ impl<T: ParameterValue> ParameterValue for Vec<T> {
     }
 }
 
-/// A value was refused; the parameter keeps what it had.
+/// Why a value was refused; the parameter keeps what it had. Who sets it knows its name and the value.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ParameterError {
     /// No such parameter.
-    #[error("no parameter `{name}`; the type has {known}")]
+    #[error("there is no such parameter; the type has {known}")]
     Unknown {
-        /// Name that was asked for.
-        name: String,
         /// Names that exist.
         known: String,
     },
     /// The text is no value of the type.
-    #[error("parameter `{name}`: cannot read `{text}`, expected {expected}")]
+    #[error("expected {expected}")]
     Text {
-        /// Parameter.
-        name: String,
-        /// Refused text.
-        text: String,
         /// What a user may write.
         expected: String,
     },
     /// The value is not allowed.
-    #[error("parameter `{name}`: `{text}` is refused: {reason}")]
+    #[error("{reason}")]
     Check {
-        /// Parameter.
-        name: String,
-        /// Refused text.
-        text: String,
         /// Why.
         reason: String,
     },
@@ -273,17 +285,11 @@ pub(crate) trait Assign: Send {
 impl<T: ParameterValue> Assign for Config<T> {
     fn assign(&self, text: &str) -> Result<(), ParameterError> {
         let value = T::parse(text).ok_or_else(|| ParameterError::Text {
-            name: self.name.into(),
-            text: text.into(),
             expected: T::expected(),
         })?;
         let mut slot = self.lock();
         if let Some(check) = &slot.check {
-            check(&value).map_err(|reason| ParameterError::Check {
-                name: self.name.into(),
-                text: text.into(),
-                reason,
-            })?;
+            check(&value).map_err(|reason| ParameterError::Check { reason })?;
         }
         slot.value = value;
         slot.changed = true;
@@ -316,13 +322,13 @@ mod tests {
         let gain = Config::new("gain", 1.0);
         assert_eq!(
             gain.assign("fast").unwrap_err().to_string(),
-            "parameter `gain`: cannot read `fast`, expected a number"
+            "expected a number"
         );
         assert_eq!(gain.get(), 1.0);
         let list = Config::new("list", vec![1, 2]);
         assert_eq!(
             list.assign("1,,2").unwrap_err().to_string(),
-            "parameter `list`: cannot read `1,,2`, expected a comma-separated list, each item a 32-bit integer"
+            "expected a comma-separated list, each item a 32-bit integer"
         );
     }
 
@@ -332,7 +338,7 @@ mod tests {
         let alpha = Config::new("alpha", 0.1).check(positive);
         assert_eq!(
             alpha.assign("-1").unwrap_err().to_string(),
-            "parameter `alpha`: `-1` is refused: must be above 0"
+            "must be above 0"
         );
         assert_eq!(alpha.get(), 0.1);
     }
@@ -344,6 +350,19 @@ mod tests {
         assert_eq!(String::from("hoge").text(), "hoge");
         assert_eq!(<Vec<f64>>::parse(" "), Some(vec![]));
         assert_eq!(bool::parse("YES"), Some(true));
+    }
+
+    #[test]
+    fn integers_are_decimal_or_hexadecimal() {
+        assert_eq!(i32::parse(" 0x7f "), Some(127));
+        assert_eq!(i16::parse("-0X10"), Some(-16));
+        assert_eq!(u64::parse("0xffffffffffffffff"), Some(u64::MAX));
+        assert_eq!(<Vec<u8>>::parse("0x1, 2,+3"), Some(vec![1, 2, 3]));
+        for text in [
+            "0x", "x7", "0x-1", "--1", "+-1", "0x100", "-1", "7f", "1.0", "",
+        ] {
+            assert_eq!(u8::parse(text), None, "{text}");
+        }
     }
 
     proptest! {

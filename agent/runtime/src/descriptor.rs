@@ -67,7 +67,6 @@ impl Declaration {
         match self.parameters.iter().find(|p| p.name == name) {
             Some(parameter) => parameter.target.assign(text),
             None => Err(ParameterError::Unknown {
-                name: name.into(),
                 known: self.parameter_names(),
             }),
         }
@@ -194,7 +193,7 @@ mod tests {
         let _ = (d.parameter("alpha", 1.0), d.parameter("gain", 1.0));
         assert_eq!(
             d.assign("aplha", "2").unwrap_err().to_string(),
-            "no parameter `aplha`; the type has alpha, gain"
+            "there is no such parameter; the type has alpha, gain"
         );
     }
 }

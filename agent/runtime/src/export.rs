@@ -12,6 +12,7 @@ use crate::abi::{self, Host, Module, Text, return_code};
 use crate::component::Component;
 use crate::context::Context;
 use crate::descriptor::{Declaration, describe};
+use crate::sized::{self, Misfit};
 use crate::waker::Wakers;
 use crate::{ReturnCode, RtcError, RtcResult, text};
 
@@ -67,7 +68,8 @@ impl ModuleCell {
 struct Instance<C> {
     component: C,
     declaration: Declaration,
-    host: *const Host,
+    /// As far as this SDK knows it; what the manager does not know is zero.
+    host: Host,
     /// Ends after the component, whose drop may end threads that use it.
     wakers: Wakers,
 }
@@ -80,18 +82,18 @@ pub(crate) unsafe extern "C" fn create<C: Component>(
     host: *const Host,
     instance: *mut *mut c_void,
 ) -> i32 {
-    if host.is_null() || instance.is_null() {
+    if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: not null, and the manager keeps it for as long as the instance. Version and size come first in every
-    // version of the struct, so they may be read before anything else.
-    let (version, size) = unsafe { ((*host).abi_version, (*host).size) };
-    if version != abi::ABI_VERSION || (size as usize) < size_of::<Host>() {
-        return return_code::UNSUPPORTED;
-    }
-    // SAFETY: it is a host of this version, and lives as long as the instance, which will own the wakers.
-    let (abi, wakers) = unsafe { (&*host, Wakers::new(host)) };
-    let made = guard(abi, &wakers, |_| {
+    // SAFETY: a manager passes a host that is as long as it says, and its functions hold for as long as the instance.
+    let host = match unsafe { sized::read(host) } {
+        Ok(host) => host,
+        Err(Misfit::Null) => return return_code::BAD_PARAMETER,
+        Err(_) => return return_code::UNSUPPORTED,
+    };
+    // SAFETY: they belong to the instance.
+    let wakers = unsafe { Wakers::new(&host) };
+    let made = guard(&host, &wakers, |_| {
         let mut declaration = Declaration::default();
         let component = C::declare(&mut declaration);
         if let Some(problem) = declaration.problem() {
@@ -143,15 +145,13 @@ pub(crate) unsafe extern "C" fn callback<C: Component>(
     if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
-    let (instance, host) = unsafe {
-        let instance = &mut *instance.cast::<Instance<C>>();
-        let host = &*instance.host;
-        (instance, host)
-    };
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
     let Instance {
-        component, wakers, ..
-    } = instance;
+        component,
+        host,
+        wakers,
+        ..
+    } = unsafe { &mut *instance.cast::<Instance<C>>() };
     let called = guard(host, wakers, |ctx| {
         dispatch(component, callback, ctx)?;
         Ok(ctx.is_default(callback))
@@ -174,16 +174,17 @@ pub(crate) unsafe extern "C" fn configure<C: Component>(
     if instance.is_null() {
         return return_code::BAD_PARAMETER;
     }
-    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap; its host lives as long.
-    let (instance, host) = unsafe {
-        let instance = &*instance.cast::<Instance<C>>();
-        (instance, &*instance.host)
-    };
+    // SAFETY: it came from `create` of the same type, and calls on one instance never overlap.
+    let Instance {
+        declaration,
+        host,
+        wakers,
+        ..
+    } = unsafe { &*instance.cast::<Instance<C>>() };
     // SAFETY: the manager lends both texts for the time of the call.
     let (name, value) = unsafe { (text::read(name), text::read(value)) };
-    code(guard(host, &instance.wakers, |_| {
-        instance
-            .declaration
+    code(guard(host, wakers, |_| {
+        declaration
             .assign(&name, &value)
             .map_err(RtcError::bad_parameter)
     }))

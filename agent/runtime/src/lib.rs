@@ -52,6 +52,7 @@ pub mod export;
 mod loan;
 mod port_status;
 mod ports;
+pub mod sized;
 pub mod testing;
 mod text;
 pub mod types;

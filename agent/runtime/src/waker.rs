@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code)]
 
+use std::ffi::c_void;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::abi::{self, Host};
@@ -26,12 +27,37 @@ use crate::{ReturnCode, RtcError, RtcResult};
 #[derive(Debug, Clone)]
 pub struct Waker(Arc<Mutex<Option<Link>>>);
 
-/// The host of an instance that has not ended.
-#[derive(Debug)]
-struct Link(*const Host);
+/// Of the host of an instance that has not ended, what asks for a cycle.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    wake: unsafe extern "C" fn(context: *mut c_void) -> i32,
+    context: *mut c_void,
+}
 
 // SAFETY: of a host only `wake` is used here, which any thread may call.
 unsafe impl Send for Link {}
+
+impl Link {
+    fn of(host: &Host) -> Self {
+        Self {
+            wake: host.wake,
+            context: host.context,
+        }
+    }
+
+    /// # Safety
+    /// The instance whose host it is has not ended.
+    unsafe fn wake(self) -> RtcResult {
+        // SAFETY: the host's own context is passed back to it, and it is there as long as the instance.
+        match unsafe { (self.wake)(self.context) } {
+            abi::return_code::OK => Ok(()),
+            code => Err(RtcError::new(
+                ReturnCode::from_number(code),
+                "the execution context cannot be woken: it is not event-driven",
+            )),
+        }
+    }
+}
 
 impl Waker {
     /// Asks for a cycle. Several calls before it begins are one.
@@ -41,8 +67,8 @@ impl Waker {
     pub fn wake(&self) -> RtcResult {
         let link = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &*link {
-            // SAFETY: the host lives until the instance ends, which takes the link away first and waits for the lock.
-            Some(Link(host)) => wake(unsafe { &**host }),
+            // SAFETY: the instance takes the link away before it ends, and waits for the lock.
+            Some(link) => unsafe { link.wake() },
             None => Err(RtcError::precondition(
                 "the component cannot be woken: it has ended",
             )),
@@ -58,9 +84,9 @@ impl Wakers {
     /// Of an instance with this host.
     ///
     /// # Safety
-    /// The host lives longer than the result.
-    pub unsafe fn new(host: *const Host) -> Self {
-        Self(Waker(Arc::new(Mutex::new(Some(Link(host))))))
+    /// What the host belongs to lives longer than the result.
+    pub unsafe fn new(host: &Host) -> Self {
+        Self(Waker(Arc::new(Mutex::new(Some(Link::of(host))))))
     }
 
     /// One more of them.
@@ -76,14 +102,8 @@ impl Drop for Wakers {
     }
 }
 
-/// Asks a host for a cycle.
+/// Asks a host for a cycle, during a call of its instance.
 pub(crate) fn wake(host: &Host) -> RtcResult {
-    // SAFETY: the host's own context is passed back to it.
-    match unsafe { (host.wake)(host.context) } {
-        abi::return_code::OK => Ok(()),
-        code => Err(RtcError::new(
-            ReturnCode::from_number(code),
-            "the execution context cannot be woken: it is not event-driven",
-        )),
-    }
+    // SAFETY: the instance is being called.
+    unsafe { Link::of(host).wake() }
 }

@@ -4,12 +4,15 @@
 
 #[path = "module/header.rs"]
 mod header;
+#[path = "module/test_host.rs"]
+mod test_host;
 
 use std::ptr;
 use std::sync::Mutex;
 use std::thread::{self, JoinHandle};
 
 use rts_runtime::abi::{self, Entry, Host, Module, callback};
+use rts_runtime::sized::Sized32 as _;
 use rts_runtime::testing::TestHost;
 use rts_runtime::types::{DataType, TimedDouble, TimedLong};
 use rts_runtime::{
@@ -151,8 +154,8 @@ fn failures_carry_code_and_reason() {
         [
             "PRECONDITION_NOT_MET: the motor is hot",
             "UNSUPPORTED: this module knows no callback 99",
-            "BAD_PARAMETER: parameter `offset`: cannot read `1.5`, expected a 32-bit integer",
-            "BAD_PARAMETER: no parameter `speed`; the type has offset",
+            "BAD_PARAMETER: parameter `offset` = `1.5`: expected a 32-bit integer",
+            "BAD_PARAMETER: parameter `speed` = `1`: there is no such parameter; the type has offset",
         ]
     );
 }
@@ -176,12 +179,14 @@ fn a_sample_of_another_type_or_length_is_refused() {
 
 #[test]
 fn a_host_of_another_version_is_refused_before_it_is_used() {
-    let prefix = [abi::ABI_VERSION + 1, size_of::<Host>() as u32];
-    let short = [abi::ABI_VERSION, 8];
+    #[repr(align(8))]
+    struct Head(#[allow(dead_code)] [u32; 2]); // The module reads it.
+    let prefix = Head([abi::ABI_VERSION + 1, size_of::<Host>() as u32]);
+    let short = Head([abi::ABI_VERSION, Host::V1_SIZE as u32 - 8]);
     let mut instance = ptr::null_mut();
     for host in [&prefix, &short] {
         // SAFETY: of an unknown version only the first two fields are read.
-        let code = unsafe { (module().create)(host.as_ptr().cast(), &raw mut instance) };
+        let code = unsafe { (module().create)(ptr::from_ref(host).cast(), &raw mut instance) };
         assert_eq!(code, abi::return_code::UNSUPPORTED);
         assert!(instance.is_null());
     }

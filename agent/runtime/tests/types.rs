@@ -4,6 +4,8 @@
 mod agreement;
 #[path = "types/allocations.rs"]
 mod allocations;
+#[path = "types/parameters.rs"]
+mod parameters;
 
 use std::fmt::Debug;
 
@@ -51,6 +53,34 @@ fn a_string_has_its_length_with_the_zero_that_ends_it() {
     );
     let data = String::new();
     check(TimedString { tm: TM, data }, &[1, 0, 0, 0, 0]);
+}
+
+#[test]
+fn a_string_that_others_cannot_read_is_neither_read_nor_written() {
+    let told = |error: DataError| match error {
+        DataError::Decode(source) | DataError::Encode { source, .. } => source.to_string(),
+        other => other.to_string(),
+    };
+    let read = |rest: &[u8]| {
+        let decoded = TimedString::decode(&[&TM_BYTES, rest].concat());
+        decoded.map(|sample| sample.data).map_err(told)
+    };
+    assert_eq!(read(&[0, 0, 0, 0]), Ok(String::new()));
+    assert_eq!(
+        read(&[2, 0, 0, 0, b'a', b'b']),
+        Err("the string does not end with a zero".to_owned())
+    );
+    let zero = "the string holds a zero";
+    assert_eq!(read(&[3, 0, 0, 0, b'a', 0, 0]), Err(zero.to_owned()));
+    assert_eq!(
+        read(&[2, 0, 0, 0, 0xE9, 0]),
+        Err("the string is no UTF-8".to_owned())
+    );
+    let text = TimedString {
+        tm: TM,
+        data: "a\0b".to_owned(),
+    };
+    assert_eq!(told(text.encode(&mut Vec::new()).unwrap_err()), zero);
 }
 
 #[test]
@@ -162,7 +192,7 @@ proptest! {
     ) {
         let back = TimedDouble::decode(&encoded(&TimedDouble { tm, data: d })).unwrap();
         prop_assert_eq!((back.tm, back.data.to_bits()), (tm, d.to_bits()));
-        let value = TimedString { tm, data: text };
+        let value = TimedString { tm, data: text.replace('\0', "") };
         prop_assert_eq!(TimedString::decode(&encoded(&value)).unwrap(), value);
         let value = TimedOctetSeq { tm, data: octets };
         prop_assert_eq!(TimedOctetSeq::decode(&encoded(&value)).unwrap(), value);
@@ -255,6 +285,21 @@ fn generated_types_have_the_bytes_of_their_idl() {
         reading
     );
     assert!(Lab::Reading::decode(&bytes[..100]).is_err());
+}
+
+#[test]
+fn a_type_may_be_called_as_one_of_rust_is() {
+    use lab::Lab::Primitives::{bool_::isize_, i32_, str_, u8_, u64_};
+
+    assert_eq!(str_::TYPE_ID, "IDL:Lab/Primitives/str:1.0");
+    assert_eq!(u64_::default(), u64_::A);
+    let text = str_ { value: "a".into() };
+    same(text.clone(), &[2, 0, 0, 0, b'a', 0]);
+    let it = i32_::list(vec![u8_ { value: 9, text }]);
+    same(
+        isize_ { it, yes: true },
+        &[1, 0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 2, 0, 0, 0, b'a', 0, 1],
+    );
 }
 
 #[test]

@@ -51,11 +51,39 @@ pub async fn each(
         }
         return Ok(exit);
     }
-    for component in found {
+    let ticks = matches!(act(String::new()), Act::Tick { .. });
+    for component in each_member(found, &components, ticks) {
         let done = hand.lead(component, &act).await;
         exit = hand.first(exit, done)?;
     }
     Ok(exit)
+}
+
+/// Instead of a composite its members, in their order; of those that are ticked as one, the first.
+fn each_member<'a>(
+    found: Vec<&'a Component>,
+    all: &'a [Component],
+    ticks: bool,
+) -> Vec<&'a Component> {
+    let mut each: Vec<&Component> = Vec::new();
+    for component in found {
+        let of_system = all
+            .iter()
+            .filter(|other| other.spec.system == component.spec.system);
+        let named = |name: &String| of_system.clone().find(|other| other.metadata.name == *name);
+        match &component.spec.composite {
+            None => each.push(component),
+            Some(composite) => {
+                let most = match ticks && composite.kind.shares_context() {
+                    true => 1,
+                    false => composite.members.len(),
+                };
+                each.extend(composite.members.iter().filter_map(named).take(most));
+            }
+        }
+    }
+    each.dedup_by_key(|component| &component.metadata);
+    each
 }
 
 /// A person's hand: where acts are asked for.

@@ -39,6 +39,7 @@ fn object<S, T>(kind: Kind, name: &str, spec: S, status: T) -> Object<S, T> {
 /// The hello system, converged.
 pub fn system() -> System {
     let spec = SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: "RTSystem:rtsctl:hello:1.0".to_owned(),
         components: Vec::new(),

@@ -6,7 +6,9 @@ use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
 pub use rts_plan::observed::{Activity, Latency, TapObserved, TimingObserved, Usage};
 use rts_plan::observed::{PortObserved, RealtimeObserved};
-use rts_schemas::system::{Configuration, PortKind, SystemSpec};
+use rts_schemas::system::{
+    CompositeKind, Configuration, PortKind, SharedExecutionContext, SystemSpec,
+};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -286,6 +288,19 @@ pub struct ComponentView {
     /// Configuration that is wanted.
     #[serde(default)]
     pub configuration: Configuration,
+    /// Of a composite, the components that it stands for; nothing of its own runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub composite: Option<CompositeView>,
+}
+
+/// The components that a composite stands for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct CompositeView {
+    /// What they share.
+    pub kind: CompositeKind,
+    /// Instance names, in their order.
+    pub members: Vec<String>,
 }
 
 /// State of a component.
@@ -331,6 +346,12 @@ pub struct ComponentStatus {
     /// Rate in Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
+    /// The execution context that it shares with others, and its place there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub execution_context: Option<SharedExecutionContext>,
+    /// All components of the one that it shares, in the order in which they run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs_with: Vec<String>,
     /// `on_execute` calls. A counter.
     #[serde(default)]
     pub executions: u64,

@@ -242,6 +242,7 @@ fn end(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
     let record = record.or_insert_with(|| SystemRecord {
         deleted: Some(now),
         spec: SystemSpec {
+            composites: Vec::new(),
             orders: part.orders.clone(),
             ..fresh(part, now).spec
         },
@@ -273,6 +274,7 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
         generation: part.generation,
         index: 0,
         spec: SystemSpec {
+            composites: Vec::new(),
             name: part.system.name.clone(),
             full_id: String::new(),
             components: Vec::new(),

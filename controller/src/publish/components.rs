@@ -111,6 +111,8 @@ fn as_observed(
         message: found.message.clone(),
         configuration: found.configuration.clone(),
         rate: Some(found.rate),
+        execution_context: found.execution_context.clone(),
+        runs_with: found.runs_with.clone(),
         executions: found.executions,
         timing: found.timing.clone(),
         realtime: found.realtime.clone(),
@@ -190,6 +192,7 @@ fn view(both: &Both<'_>) -> ComponentView {
             type_name: placed.spec.type_name.clone(),
             required: placed.spec.required,
             configuration: placed.spec.configuration.clone(),
+            composite: None,
         },
         (None, Some((_, found, _))) => ComponentView {
             system: system_of(both).to_owned(),

@@ -14,6 +14,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
         generation,
         index: 0,
         spec: SystemSpec {
+            composites: Vec::new(),
             name: name.to_owned(),
             full_id: String::new(),
             components: Vec::new(),

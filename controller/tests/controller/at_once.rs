@@ -13,6 +13,7 @@ const BOTH: [&str; 2] = ["hello", "other"];
 
 fn other() -> SystemSpec {
     SystemSpec {
+        composites: Vec::new(),
         name: "other".into(),
         full_id: "RTSystem:rtsctl:other:1.0".into(),
         components: vec![

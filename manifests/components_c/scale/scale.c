@@ -30,8 +30,9 @@ typedef struct {
 
 static int32_t create(const rts_host_t *host, void **instance) {
   scale_t *self;
-  /* Version and size come first in every version: look at them before anything else. */
-  if (host->abi_version != RTS_ABI_VERSION || host->size < sizeof(rts_host_t)) {
+  /* Version and size come first in every version: look at them before anything else. Not at sizeof(rts_host_t), which a
+     later header makes larger: the last function that is used here is publish. */
+  if (host->abi_version != RTS_ABI_VERSION || !RTS_HAS(rts_host_t, host, publish)) {
     return RTS_UNSUPPORTED;
   }
   self = (scale_t *)calloc(1, sizeof(scale_t));

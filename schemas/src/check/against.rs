@@ -12,8 +12,8 @@ use super::library::{Found, Library};
 use super::sink::Sink;
 use crate::diagnostic::{Report, Severity};
 use crate::rtc_profile::forms::{DataPort, ServicePort};
-use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{Component, Target};
+use crate::rts_profile::{ReadProfile, composite};
 use crate::span::Text;
 use crate::suggest;
 
@@ -27,6 +27,9 @@ pub fn against(read: &ReadProfile, library: &Library) -> (Report, Vec<usize>) {
     };
     let mut used = BTreeSet::new();
     for component in &read.profile.components {
+        if composite::kind(component).is_some() {
+            continue;
+        }
         let Some(found) = library.find(component) else {
             against.missing(component);
             continue;

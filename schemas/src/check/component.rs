@@ -6,7 +6,7 @@ use super::Check;
 use crate::names;
 use crate::placement::parse_bool;
 use crate::rts_profile::model::{Component, property_value};
-use crate::rts_profile::{self, TYPE_KEY, is_pseudo_set, parse_rate};
+use crate::rts_profile::{self, TYPE_KEY, composite, is_pseudo_set, parse_rate};
 use crate::span::Text;
 use crate::suggest;
 use crate::system::{ExecutionKind, MAX_RATE, MIN_RATE};
@@ -43,17 +43,17 @@ pub(super) fn component<'a>(check: &mut Check<'a>, component: &'a Component) {
     if let Some(kind) = component
         .composite_type
         .as_ref()
-        .filter(|kind| !is_plain(kind.trimmed()))
+        .filter(|kind| !is_plain(kind.trimmed()) && composite::kind(component).is_none())
     {
         let message = format!(
-            "{owner} is a composite (`{}`); it is treated as a plain component",
+            "{owner} is a composite of the kind `{}`, which is not known; it is treated as a plain component",
             kind.trimmed()
         );
         check.warning(
             "composite-component",
             message,
             kind.span,
-            "its participants are started on their own",
+            "kinds: PeriodicECShared, PeriodicStateShared, Grouping; its participants are started on their own",
         );
     }
 }
@@ -149,6 +149,8 @@ pub(super) fn foreign_prefix<'a>(
     // No instance name is longer.
     port.match_indices('.')
         .take_while(|(dot, _)| *dot <= names::NAME_LIMIT)
+        // The ports of a composite are those of others.
+        .filter(|_| composite::kind(component).is_none())
         .filter_map(|(dot, _)| check.read.component(&port[..dot])?.instance_name.as_ref())
         .map(Text::trimmed)
         .find(|other| *other != own)

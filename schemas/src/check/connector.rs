@@ -8,9 +8,9 @@ use super::{Check, choices, service};
 use crate::names;
 use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
 use crate::rts_profile::{
-    NAME_KEY, data_type_of, direction_of, is_reversed, normal_data_type, properties,
+    NAME_KEY, composite, data_type_of, direction_of, is_reversed, normal_data_type, properties,
 };
-use crate::span::Span;
+use crate::span::{Span, Text};
 use crate::suggest;
 use crate::system::{Direction, PortKind};
 
@@ -198,8 +198,18 @@ fn end<'a>(
     let name = check.required(&target.port_name, "portName", &what, target.span)?;
     let instance = instance?;
     let component = check.read.component(instance)?;
-    let bare = component.bare_port(&name.value);
-    match check.read.port(instance, &name.value) {
+    let (mut instance, mut component) = (instance, component);
+    let mut bare = component.bare_port(&name.value);
+    let mut found = check.read.port(instance, &name.value);
+    if composite::kind(component).is_some() {
+        let (member, port, kind, declared) = super::composite::end(check, component, name)?;
+        instance = member
+            .instance_name
+            .as_ref()
+            .map_or(instance, Text::trimmed);
+        (component, bare, found) = (member, port, Some((kind, declared)));
+    }
+    match found {
         Some((found, port)) if found == connector.kind => Some(End {
             instance,
             bare,

@@ -4,6 +4,8 @@ mod parse;
 
 pub(super) use parse::parse;
 
+use super::value::integer;
+
 /// Which values are allowed.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Rule {
@@ -77,7 +79,10 @@ impl Comparison {
 }
 
 pub(super) fn number(text: &str) -> Option<f64> {
-    text.trim().parse().ok().filter(|n: &f64| n.is_finite())
+    let text = text.trim();
+    let real = text.parse().ok();
+    real.or_else(|| integer(text).map(|whole| whole as f64))
+        .filter(|n: &f64| n.is_finite())
 }
 
 /// Items of a list, without blanks around them.

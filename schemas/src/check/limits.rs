@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::constraint::{self, Rule};
-use super::value::fits_type;
+use super::value::{fits_type, needs_text};
 
 /// The type and the constraint of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +39,11 @@ impl Limits {
         })
     }
 
+    /// True when an empty text is no value: it stands for the default.
+    pub fn needs_text(&self) -> bool {
+        needs_text(&self.value_type)
+    }
+
     /// Why a value is refused. An empty one is the component's to judge.
     pub fn problem(&self, value: &str) -> Option<Refusal> {
         if fits_type(&self.value_type, value) == Some(false) {
@@ -68,6 +73,7 @@ mod tests {
         assert_eq!(problem("double", "0<=x<=1", "0.5"), None);
         assert_eq!(problem("", "", "anything"), None);
         assert_eq!(problem("int", "x>0", ""), None);
+        assert_eq!(problem("int", "0<x<200", "0x7f"), None);
         let told = |text: &str| Some(text.to_owned());
         assert_eq!(
             problem("double", "0<=x<=1", "2"),

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{contexts, recorded};
+use super::{composite, contexts, recorded};
 use crate::diagnostic::{Finding, Report};
 use crate::names;
 use crate::placement;
@@ -54,7 +54,8 @@ pub fn spec_by_pointer(spec: &SystemSpec) -> Vec<Pointed> {
     let mut known: Vec<&str> = instances.into_iter().collect();
     known.sort_unstable();
     let found = recorded::by_pointer(spec).into_iter();
-    for (pointer, finding) in found.chain(contexts::by_pointer(spec)) {
+    let found = found.chain(contexts::by_pointer(spec));
+    for (pointer, finding) in found.chain(composite::by_pointer(spec)) {
         report.push(pointer, finding);
     }
     connectors(spec, &known, &mut report);

@@ -36,6 +36,8 @@ fn scalar(data_type: &str, value: &str) -> Option<bool> {
         Some(parsed.is_some_and(|n| (low..=high).contains(&n)))
     };
     match data_type.trim() {
+        "int8_t" => whole(i8::MIN.into(), i8::MAX.into()),
+        "uint8_t" | "unsigned char" => whole(0, u8::MAX.into()),
         "short" | "short int" | "int16_t" => whole(i16::MIN.into(), i16::MAX.into()),
         "int" | "integer" | "int32_t" => whole(i32::MIN.into(), i32::MAX.into()),
         "long" | "long int" | "long long" | "int64_t" => whole(i64::MIN.into(), i64::MAX.into()),
@@ -54,23 +56,38 @@ fn scalar(data_type: &str, value: &str) -> Option<bool> {
     }
 }
 
-fn integer(value: &str) -> Option<i128> {
+/// True when an empty text is no value of a type, so that it stands for the component's default, as in OpenRTM-aist.
+pub(super) fn needs_text(data_type: &str) -> bool {
+    scalar(&plain(data_type), "") == Some(false)
+}
+
+/// Decimal, or hexadecimal after `0x`, as the SDK reads it.
+pub(super) fn integer(value: &str) -> Option<i128> {
     let (sign, digits) = match value.strip_prefix('-') {
         Some(rest) => (-1, rest),
         None => (1, value.strip_prefix('+').unwrap_or(value)),
     };
     let hex = digits.strip_prefix("0x").or(digits.strip_prefix("0X"));
-    let parsed = match hex {
-        Some(hex) => i128::from_str_radix(hex, 16).ok()?,
-        None if digits.starts_with(|c: char| c.is_ascii_digit()) => digits.parse().ok()?,
-        None => return None,
-    };
-    Some(sign * parsed)
+    let (digits, radix) = hex.map_or((digits, 10), |hex| (hex, 16));
+    // A second sign is none.
+    let begins = digits.starts_with(|c: char| c.is_digit(radix));
+    let number = begins.then(|| i128::from_str_radix(digits, radix).ok())??;
+    Some(sign * number)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fits_type;
+    use super::{fits_type, needs_text};
+
+    #[test]
+    fn types_that_have_no_empty_text() {
+        for kind in ["int", "double", "bool", "unsigned long"] {
+            assert!(needs_text(kind), "{kind}");
+        }
+        for kind in ["string", "std::vector<double>", "", "Mine::Own"] {
+            assert!(!needs_text(kind), "{kind}");
+        }
+    }
 
     #[test]
     fn values_of_types() {
@@ -78,6 +95,7 @@ mod tests {
             ("int", "-5"),
             ("unsigned int ", "80"),
             ("short", "0x7f"),
+            ("uint8_t", "0xFF"),
             ("double", "1e-3"),
             ("String", "Val01"),
             ("std::string", "anything"),
@@ -90,6 +108,8 @@ mod tests {
         let wrong = [
             ("int", "Val02"),
             ("int", "1.5"),
+            ("int", "0x-5"),
+            ("uint8_t", "256"),
             ("int", "3000000000"),
             ("unsigned int", "-1"),
             ("short", "40000"),

@@ -74,12 +74,53 @@ Mend the id, or the name.",
     },
     Code {
         code: "composite-component",
-        title: "a composite is treated as a plain component",
+        title: "a composite has no members, or is of a kind that is not known",
         explain: "\
-Composite components (`PeriodicECShared` and others) share the execution context of their participants. Here each
-participant runs in its own, and the composite starts as any other component.
+A composite component stands for others: those of `PeriodicECShared` run on one execution context, those of
+`PeriodicStateShared` share their state as well, and a `Grouping` is just a name for them. One of another kind is treated as
+a plain component, and one without members stands for nothing.
 
-Leave it if the participants need no common cycle; else put them into one manager and check their rates.",
+    components:
+      - instanceName: Arm0
+        compositeType: PeriodicECShared
+        participants:
+          - participant: { instanceName: Motor0 }
+
+List its members as `Participants`, or in its parameter `members`.",
+    },
+    Code {
+        code: "composite-member-twice",
+        title: "a component is a member of two composites",
+        explain: "\
+A component runs on one execution context and has one state, so it can follow one composite only.
+
+    Arm0:  members: Motor0, Sensor0
+    Hand0: members: Motor0            # whose?
+
+Remove it from one of them. A composite may itself be a member of another one.",
+    },
+    Code {
+        code: "composite-cycle",
+        title: "a composite contains itself",
+        explain: "\
+A composite may have other composites as members, but not itself, not even by way of others: nobody could tell in which
+order its members run.
+
+    Arm0:  members: Hand0
+    Hand0: members: Arm0
+
+Remove one of them from the members of the other.",
+    },
+    Code {
+        code: "composite-port",
+        title: "a composite has no such port",
+        explain: "\
+A composite has no ports of its own. It exports ports of its members, which its parameter `exported_ports` lists as
+`MEMBER.PORT`; a connector may name those as ports of the composite.
+
+    exported_ports: Motor0.in, Sensor0.out
+
+Add the port to the list, or let the connector name the member itself.",
     },
     Code {
         code: "duplicate-connector",

@@ -20,9 +20,13 @@ pub(super) fn add(
     let Some(order) = said.order.get() else {
         return;
     };
+    let known = SystemSpec {
+        orders: Orders::default(),
+        ..spec.clone()
+    };
     let instances: Vec<String> = spec.components.iter().map(|c| c.instance.clone()).collect();
     let rules = Rules {
-        names: Names::of(instances.iter().map(String::as_str)),
+        names: Names::of_instances(&known),
         instances: &instances,
     };
     for (name, list, onto) in lists(order, &mut spec.orders) {

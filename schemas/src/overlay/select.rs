@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use wildmatch::WildMatch;
 
 use super::DeploymentSpec;
+use crate::composite::Composites;
 use crate::diagnostic::Finding;
 use crate::placement::Settings;
 use crate::span::{Span, Text};
@@ -41,7 +42,7 @@ pub(super) fn choose<'a>(
         chosen.extend(self::hosts(spec, hosts, faults));
     }
     let types = Names::of(spec.components.iter().map(|c| c.type_name.as_str()));
-    let instances = Names::of(spec.components.iter().map(|c| c.instance.as_str()));
+    let instances = Names::of_instances(spec);
     let mut of_types = Part::default();
     if let Some(map) = said.types.get() {
         of_types = types.choose(map, "type", faults);
@@ -53,6 +54,7 @@ pub(super) fn choose<'a>(
     chosen.extend(of_types.by_glob);
     chosen.extend(of_instances.by_glob);
     chosen.extend(of_types.by_name);
+    chosen.extend(of_instances.by_composite);
     chosen.extend(of_instances.by_name);
     chosen
 }
@@ -61,11 +63,16 @@ pub(super) fn choose<'a>(
 #[derive(Default)]
 struct Part<'a> {
     by_glob: Vec<Chosen<'a>>,
+    by_composite: Vec<Chosen<'a>>,
     by_name: Vec<Chosen<'a>>,
 }
 
 /// Names, and the components that have them.
-pub(super) struct Names<'a>(HashMap<&'a str, Vec<usize>>);
+pub(super) struct Names<'a> {
+    own: HashMap<&'a str, Vec<usize>>,
+    /// Composites, and the components that they stand for.
+    composites: HashMap<&'a str, Vec<usize>>,
+}
 
 impl<'a> Names<'a> {
     /// The names of components, in their order.
@@ -74,19 +81,37 @@ impl<'a> Names<'a> {
         for (index, name) in names.enumerate() {
             all.entry(name).or_default().push(index);
         }
-        Self(all)
+        Self {
+            own: all,
+            composites: HashMap::new(),
+        }
+    }
+
+    /// The instance names of a system; that of a composite means its members.
+    pub fn of_instances(spec: &'a SystemSpec) -> Self {
+        let mut names = Self::of(spec.components.iter().map(|c| c.instance.as_str()));
+        let all = Composites::of(&spec.composites);
+        for composite in &spec.composites {
+            let name = composite.instance.as_str();
+            let leaves = all.leaves(name).into_iter();
+            let found = leaves.filter_map(|leaf| names.own.get(leaf)).flatten();
+            let found = found.copied().collect();
+            names.composites.insert(name, found);
+        }
+        names
     }
 
     /// The components that a name or glob means, in their order. A name that exists is never a glob.
     pub fn find(&self, selector: &str) -> Vec<usize> {
-        if let Some(found) = self.0.get(selector) {
+        let known = [&self.own, &self.composites];
+        if let Some(found) = known.iter().find_map(|names| names.get(selector)) {
             return found.clone();
         }
         if !is_glob(selector) {
             return Vec::new();
         }
         let glob = WildMatch::new(selector);
-        let fitting = self.0.iter().filter(|(name, _)| glob.matches(name));
+        let fitting = self.own.iter().filter(|(name, _)| glob.matches(name));
         let mut found: Vec<usize> = fitting
             .flat_map(|(_, found)| found.iter().copied())
             .collect();
@@ -96,7 +121,7 @@ impl<'a> Names<'a> {
 
     /// What is wrong with a selector that means nothing: an error for an instance name.
     pub fn unmatched(&self, what: &str, selector: &str) -> Finding {
-        let mut names: Vec<&str> = self.0.keys().copied().collect();
+        let mut names: Vec<&str> = self.own.keys().copied().collect();
         names.sort_unstable();
         let help = match names.is_empty() {
             true => "the system has no component".to_owned(),
@@ -127,8 +152,10 @@ impl<'a> Names<'a> {
                 continue;
             };
             let chosen = Chosen { components, said };
-            if self.0.contains_key(name.trimmed()) {
+            if self.own.contains_key(name.trimmed()) {
                 part.by_name.push(chosen);
+            } else if self.composites.contains_key(name.trimmed()) {
+                part.by_composite.push(chosen);
             } else if part.by_glob.len() < GLOBS {
                 part.by_glob.push(chosen);
             } else {
@@ -171,7 +198,7 @@ fn hosts<'a>(
     let names = Names::of(lower.iter().map(|host| host.as_deref().unwrap_or_default()));
     let mut chosen = Vec::new();
     for (host, node) in hosts.iter() {
-        let components = names.0.get(host.trimmed().to_lowercase().as_str());
+        let components = names.own.get(host.trimmed().to_lowercase().as_str());
         let Some(components) = components else {
             faults.push(unknown_host(host, &names), host.span);
             continue;
@@ -194,7 +221,7 @@ fn hosts<'a>(
 fn unknown_host(host: &Text, names: &Names<'_>) -> Finding {
     let message = format!("the profile names no host `{}`", host.trimmed());
     let mut known: Vec<&str> = names
-        .0
+        .own
         .keys()
         .copied()
         .filter(|name| !name.is_empty())

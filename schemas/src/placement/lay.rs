@@ -56,7 +56,7 @@ fn place(placement: &mut Placement, said: &Settings) {
 }
 
 /// What is taken back as a whole is what an overlay or a property said: kind and rate stay as the profile has them.
-fn context(onto: &mut ExecutionContextSpec, said: &Setting<ExecutionContextSettings>) {
+fn context(onto: &mut ExecutionContextSpec, said: &Setting<Box<ExecutionContextSettings>>) {
     match said {
         Setting::Silent => {}
         Setting::Removed(_) => {

@@ -65,14 +65,14 @@ fn unless_default<T: Clone + Default + PartialEq>(value: &T) -> Setting<T> {
 }
 
 /// Kind and rate have their own place in a profile.
-fn context(context: &ExecutionContextSpec) -> Setting<ExecutionContextSettings> {
+fn context(context: &ExecutionContextSpec) -> Setting<Box<ExecutionContextSettings>> {
     let order = (context.order != 0).then_some(context.order);
     let said = ExecutionContextSettings {
         name: Setting::some(context.name.clone()),
         order: Setting::some(order),
         ..ExecutionContextSettings::default()
     };
-    unless_default(&said)
+    unless_default(&Box::new(said))
 }
 
 fn resources(resources: &Resources) -> Setting<ResourceSettings> {

@@ -337,11 +337,11 @@ impl From<Rate> for f64 {
 }
 
 impl Scalar for ContextName {
-    const EXPECTED: &'static str =
-        "up to 63 letters, digits, `-`, `_` and `.`, the first a letter or digit";
+    const EXPECTED: &'static str = "a name of up to 128 bytes without `/`, such as `control`";
 
     fn parse(text: &str) -> Option<Self> {
-        names::is_manager_name(text).then(|| Self(text.to_owned()))
+        let fits = names::name_fault(text).is_none();
+        fits.then(|| Self(text.to_owned()))
     }
 
     fn spelled(&self) -> String {
@@ -349,7 +349,7 @@ impl Scalar for ContextName {
     }
 
     fn schema() -> Json {
-        ManagerName::schema()
+        json!({"type": "string", "minLength": 1, "maxLength": names::NAME_LIMIT, "pattern": "^[^/]+$"})
     }
 }
 

@@ -1,6 +1,7 @@
 //! Mirror → the one model. What cannot be understood is left out here and reported by the checks.
 
 mod component;
+mod composite;
 mod connector;
 mod managers;
 mod order;
@@ -50,7 +51,9 @@ pub fn lower(read: &ReadProfile, options: &LowerOptions<'_>) -> (Option<SystemSp
 pub(crate) fn lower_any(read: &ReadProfile, options: &LowerOptions<'_>) -> (SystemSpec, Report) {
     let mut report = Report::default();
     let name = name(read, options, &mut report);
-    let components = component::components(read, &mut report);
+    let mut components = component::components(read, &mut report);
+    let composites = composite::composites(read);
+    crate::composite::settle(&mut components, &composites);
     let connectors = connector::connectors(read, &mut report);
     let spec = SystemSpec {
         name: name.unwrap_or_default(),
@@ -60,8 +63,9 @@ pub(crate) fn lower_any(read: &ReadProfile, options: &LowerOptions<'_>) -> (Syst
             .as_ref()
             .map_or_else(String::new, |id| id.trimmed().to_owned()),
         components,
+        orders: order::orders(read, &composites),
+        composites,
         connectors,
-        orders: order::orders(read),
     };
     (spec, report)
 }

@@ -53,10 +53,28 @@ pub fn write(spec: &SystemSpec, options: &WriteOptions<'_>) -> String {
         .with("rts:creationDate", options.created)
         .with("rts:updateDate", options.updated)
         .holding(spec.components.iter().enumerate().map(component::component))
+        .holding(composites(&spec, &components))
         .holding(connector::connectors(&spec.connectors, &components))
         .holding(order::orders(&spec.orders, &components))
         .holding(own_name);
     xml::write(&root)
+}
+
+/// Composites stand after the components that they stand for.
+fn composites<'a>(
+    spec: &'a SystemSpec,
+    components: &'a HashMap<&str, &ComponentSpec>,
+) -> impl Iterator<Item = Tag> + 'a {
+    let first = spec.components.len();
+    let all = spec.composites.iter().enumerate();
+    all.map(move |(index, composite)| {
+        component::composite((first + index, composite), |member| {
+            let component = components.get(member).map(|found| found.full_id.as_str());
+            let mut composites = spec.composites.iter();
+            let of_composite = composites.find(|other| other.instance == member);
+            component.or(of_composite.map(|found| found.full_id.as_str()))
+        })
+    })
 }
 
 /// `rtsExt:Properties`.

@@ -216,6 +216,10 @@ fn component(instance: String) -> impl Strategy<Value = ComponentSpec> {
         .prop_map(
             move |(id, required, ports, configuration, context, (placement, policy), kept)| {
                 let (package, stand_in, resources) = kept;
+                // Whoever shares one must fit the others.
+                let mut context = context;
+                let own = context.name.map(|name| format!("{name} of {instance}"));
+                context.name = own.filter(|name| name.len() <= 128);
                 let (type_name, form) = id;
                 let full_id = match form {
                     0 => String::new(),
@@ -432,6 +436,7 @@ pub fn system() -> impl Strategy<Value = SystemSpec> {
         };
         (head, components, connectors, orders(instances)).prop_map(
             |((name, full_id), components, connectors, orders)| SystemSpec {
+                composites: Vec::new(),
                 name: name.to_owned(),
                 full_id: full_id.to_owned(),
                 components,

@@ -144,6 +144,7 @@ pub fn component(instance: &str) -> ComponentSpec {
 /// A system `hello` of these components.
 pub fn hello(instances: &[&str]) -> SystemSpec {
     SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: String::new(),
         components: instances.iter().map(|name| component(name)).collect(),

@@ -17,6 +17,7 @@ pub fn random(stream: &Stream, name: &str, letter: char, nodes: usize) -> System
         .collect();
     let connectors = connectors(stream, &components);
     let mut spec = SystemSpec {
+        composites: Vec::new(),
         name: name.to_owned(),
         full_id: format!("RTSystem:sim:{name}:1.0"),
         components,

@@ -30,6 +30,7 @@ pub fn alpha() -> SystemSpec {
         .unwrap()
     };
     SystemSpec {
+        composites: Vec::new(),
         name: "alpha".to_owned(),
         full_id: "RTSystem:sim:alpha:1.0".to_owned(),
         components: vec![

@@ -16,6 +16,8 @@ pub struct Configuration {
     pub sets: BTreeMap<String, BTreeMap<String, String>>,
     /// Name of the active set.
     pub active: String,
+    /// Default of each parameter whose type has no empty text.
+    defaults: BTreeMap<String, String>,
 }
 
 /// Values to set.
@@ -23,8 +25,14 @@ pub type Sets = BTreeMap<String, BTreeMap<String, String>>;
 
 impl Configuration {
     /// The module's defaults.
-    pub fn new(defaults: &BTreeMap<String, String>) -> Self {
+    pub fn new(defaults: &BTreeMap<String, String>, limits: &BTreeMap<String, Limits>) -> Self {
+        let needs_text = |name| limits.get(name).is_some_and(Limits::needs_text);
         Self {
+            defaults: defaults
+                .iter()
+                .filter(|(name, _)| needs_text(*name))
+                .map(|(name, default)| (name.clone(), default.clone()))
+                .collect(),
             sets: BTreeMap::from([(DEFAULT.to_owned(), defaults.clone())]),
             active: DEFAULT.to_owned(),
         }
@@ -69,14 +77,30 @@ impl Configuration {
         Ok(updated)
     }
 
-    /// Value in force of each parameter: the active set's, else that of `default`.
+    /// Value in force of each parameter: the active set's, else that of `default`. An empty text stands for the module's
+    /// default where the type has none, and when that is empty too the module is told nothing.
     pub fn effective(&self) -> BTreeMap<&str, &str> {
         [DEFAULT, &self.active]
             .into_iter()
             .filter_map(|set| self.sets.get(set))
             .flatten()
-            .map(|(name, value)| (name.as_str(), value.as_str()))
+            .map(|(name, value)| (name.as_str(), self.told(name, value)))
+            .collect::<BTreeMap<_, _>>()
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)))
             .collect()
+    }
+}
+
+impl Configuration {
+    /// What the module is told for a value.
+    fn told<'a>(&'a self, name: &str, value: &'a str) -> Option<&'a str> {
+        match self.defaults.get(name) {
+            Some(default) if value.trim().is_empty() => {
+                Some(default.as_str()).filter(|default| !default.trim().is_empty())
+            }
+            _ => Some(value),
+        }
     }
 }
 
@@ -98,8 +122,26 @@ mod tests {
     const NONE: &BTreeMap<String, Limits> = &BTreeMap::new();
 
     #[test]
+    fn an_empty_text_stands_for_the_default_of_a_number() {
+        let limits = |kind| Limits::read(kind, "").unwrap();
+        let limits = BTreeMap::from([
+            ("a".to_owned(), limits("int")),
+            ("b".to_owned(), limits("string")),
+            ("c".to_owned(), limits("double")),
+        ]);
+        let made = Configuration::new(&values("a=1 b=2 c="), &limits)
+            .updated(&sets("default", "a=5"), None, &limits)
+            .unwrap()
+            .updated(&sets("bare", "a= b="), Some("bare"), &limits)
+            .unwrap();
+        // Not the 5 of the other set, and what has no default at all is not set.
+        assert_eq!(made.effective(), BTreeMap::from([("a", "1"), ("b", "")]));
+        assert_eq!(made.sets["bare"]["a"], "", "as it was said");
+    }
+
+    #[test]
     fn a_value_that_the_module_does_not_allow_is_refused_in_any_set() {
-        let made = Configuration::new(&values("a=1 b=2"));
+        let made = Configuration::new(&values("a=1 b=2"), NONE);
         let limits = BTreeMap::from([("a".to_owned(), Limits::read("int", "x<5").unwrap())]);
         let refused = |text| {
             made.updated(&sets("fast", text), None, &limits)
@@ -121,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_active_set_lies_over_the_default_one() {
-        let made = Configuration::new(&values("a=1 b=2"))
+        let made = Configuration::new(&values("a=1 b=2"), NONE)
             .updated(&sets("default", "b=3"), None, NONE)
             .unwrap()
             .updated(&sets("fast", "a=9"), Some("fast"), NONE)
@@ -134,7 +176,7 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused_with_those_that_exist() {
-        let made = Configuration::new(&values("a=1 b=2"));
+        let made = Configuration::new(&values("a=1 b=2"), NONE);
         assert_eq!(
             made.updated(&sets("default", "c=1"), None, NONE)
                 .unwrap_err(),

@@ -3,7 +3,6 @@
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
-use std::mem::size_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::NonNull;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -14,6 +13,7 @@ use rts_runtime::abi::port_status::{
     PORT_OK,
 };
 use rts_runtime::abi::{self, ABI_VERSION, Buffer, ENCODING_CDR_LE, Loan, Text, return_code};
+use rts_runtime::sized;
 
 use super::loans::Loans;
 use super::{Component, PortEnd};
@@ -218,10 +218,9 @@ unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffe
     // SAFETY: the ABI promises a valid context, and a sample that is null or valid during the call.
     unsafe {
         guarded(context, PORT_ERROR, |context| {
-            if !is_ours(sample) {
+            let Ok(sample) = sized::read(sample) else {
                 return PORT_INVALID_ARGS;
-            }
-            let sample = &*sample;
+            };
             let bytes = Text {
                 data: sample.data,
                 len: sample.len,
@@ -241,7 +240,10 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
     // SAFETY: the ABI promises a valid context, and a place for a sample that is null or may be written.
     unsafe {
         guarded(context, PORT_ERROR, |context| {
-            let Some((index, port)) = context.in_port(port).filter(|_| is_ours(sample)) else {
+            let Some((index, port)) = context
+                .in_port(port)
+                .filter(|_| sized::size(sample).is_ok())
+            else {
                 return PORT_INVALID_ARGS;
             };
             let payload = match port.read() {
@@ -251,16 +253,16 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
             };
             let mut lent = lock(&context.lent[index]);
             *lent = payload;
-            sample.write(Buffer {
+            let filled = Buffer {
                 abi_version: ABI_VERSION,
-                size: (*sample).size,
+                size: size_of::<Buffer>() as u32,
                 type_id: lend(&port.data_type),
                 encoding: ENCODING_CDR_LE,
                 reserved: 0,
                 data: lent.as_ptr(),
                 len: lent.len(),
-            });
-            PORT_OK
+            };
+            sized::fill(sample, &filled).map_or(PORT_INVALID_ARGS, |()| PORT_OK)
         })
     }
 }
@@ -279,19 +281,19 @@ unsafe extern "C" fn loan(context: *mut c_void, port: u32, len: usize, loan: *mu
     // SAFETY: the ABI promises a valid context, and a place for a loan that is null or may be written.
     unsafe {
         guarded(context, PORT_ERROR, |context| {
-            if !is_ours(loan) {
+            if sized::size(loan).is_err() {
                 return PORT_INVALID_ARGS;
             }
             match context.loan(port, len) {
                 Ok((token, data)) => {
-                    loan.write(Loan {
+                    let filled = Loan {
                         abi_version: ABI_VERSION,
-                        size: (*loan).size,
+                        size: size_of::<Loan>() as u32,
                         token,
                         data,
                         len,
-                    });
-                    PORT_OK
+                    };
+                    sized::fill(loan, &filled).map_or(PORT_INVALID_ARGS, |()| PORT_OK)
                 }
                 Err(status) => status,
             }
@@ -311,20 +313,4 @@ unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
             drop(lock(&context.loans).take(token, 0));
         });
     }
-}
-
-/// Whether a struct that a module passes is there, of this version, and as long as this version has it.
-///
-/// # Safety
-/// `passed` is null or begins with its version and size.
-unsafe fn is_ours<T>(passed: *const T) -> bool {
-    if passed.is_null() || !passed.is_aligned() {
-        return false;
-    }
-    // SAFETY: not null and aligned, and both come first.
-    let (version, size) = unsafe {
-        let words = passed.cast::<u32>();
-        (words.read(), words.add(1).read())
-    };
-    version == ABI_VERSION && size as usize >= size_of::<T>()
 }

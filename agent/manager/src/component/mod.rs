@@ -15,6 +15,7 @@ mod run;
 mod spawn;
 mod steps;
 mod timing;
+mod together;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

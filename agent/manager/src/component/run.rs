@@ -38,11 +38,11 @@ pub fn run(manager: &Manager, context: &ExecutionContext, orders: &Receiver<Orde
 }
 
 /// The thread's own view of its execution context.
-struct Runner<'a> {
+pub(super) struct Runner<'a> {
     manager: &'a Manager,
     context: &'a ExecutionContext,
     /// In the order in which they run.
-    members: Vec<Member<'a>>,
+    pub(super) members: Vec<Member<'a>>,
     /// One of them took part in cycles when that was last looked at.
     ran: bool,
     /// The next tick.
@@ -62,6 +62,7 @@ impl<'a> Runner<'a> {
             Some(Order::Attend | Order::Wake) | None => {}
         }
         self.attend();
+        self.share_errors();
         if self.is_due() {
             self.cycle();
         }
@@ -107,6 +108,7 @@ impl<'a> Runner<'a> {
     fn cycle(&mut self) {
         let start = Instant::now();
         order::cycle(&mut self.members);
+        self.share_errors();
         if self.context.kind != Execution::Periodic {
             return;
         }
@@ -177,10 +179,16 @@ impl<'a> Runner<'a> {
     fn attend(&mut self) {
         let mut index = 0;
         while let Some(member) = self.members.get_mut(index) {
-            match member.attend() {
-                true => self.remove(index, None),
-                false => index += 1,
+            let was_active = member.component.state() == State::Active;
+            if member.attend() {
+                self.remove(index, None);
+                continue;
             }
+            let component = Arc::clone(&member.component);
+            if was_active && component.state() == State::Inactive {
+                self.deactivate_others(&component, None);
+            }
+            index += 1;
         }
     }
 
@@ -226,11 +234,10 @@ impl<'a> Runner<'a> {
             let _ = reply.send(Err(late));
             return;
         }
-        let member = &mut self.members[index];
         let result = match action {
-            Action::Activate => member.activate(),
-            Action::Deactivate { by_hand } => member.deactivate(by_hand),
-            Action::Reset => member.transition(Transition::Reset),
+            Action::Activate => self.activate(index),
+            Action::Deactivate { by_hand } => self.deactivate(index, by_hand.as_ref()),
+            Action::Reset => self.reset(index),
             Action::Tick { cycles } => self.tick(&component, cycles, deadline),
             Action::Configure { change, by_hand } => {
                 let done = self.configure(index, &change);

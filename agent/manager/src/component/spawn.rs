@@ -33,7 +33,7 @@ pub fn spawn(
 ) -> Result<String, Failure> {
     check(request)?;
     let execution = execution(request, &module)?;
-    let configuration = Configuration::new(&module.parameters)
+    let configuration = Configuration::new(&module.parameters, &module.limits)
         .updated(&request.sets, request.active.as_deref(), &module.limits)
         .map_err(|e| invalid(format!("{}: {e}", request.instance)))?;
     check_rate(request.rate.unwrap_or(module.default_rate))?;

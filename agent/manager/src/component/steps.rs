@@ -145,6 +145,7 @@ impl Member<'_> {
             .map_err(|e| invalid(format!("{}: {e}", self.component.identity.instance)))?;
         let before = old.effective();
         let mut taken = Vec::new();
+        let mut told = Vec::new();
         for (name, value) in new.effective() {
             let former = before.get(name).copied();
             if former == Some(value) {
@@ -157,9 +158,11 @@ impl Member<'_> {
                 return Err(refusal(&self.component, &error));
             }
             taken.extend(former.map(|former| (name, former)));
-            self.component
-                .log
-                .write(Level::Info, &format!("configured {name} = {value}"));
+            told.push(format!("configured {name} = {value}"));
+        }
+        // Not before all are taken: the log names no value that was not in force.
+        for line in told {
+            self.component.log.write(Level::Info, &line);
         }
         let any = before != new.effective();
         let mut status = lock(&self.component.status);

@@ -153,6 +153,20 @@ fn shared(
     }
 }
 
+/// The same for one that also shares its state with the others.
+fn of_composite(
+    manager: &Running,
+    at: (&str, i32),
+    kind: &str,
+    parameters: &[(&str, &str)],
+) -> CreateRequest {
+    let mut request = shared(manager, at, kind, parameters);
+    if let Some(shared) = &mut request.execution_context {
+        shared.shared_state = Some("arm".to_owned());
+    }
+    request
+}
+
 fn create(client: &mut Client, request: CreateRequest) -> String {
     match ok(client, RequestBody::Create(request)) {
         ResponseBody::Created { incarnation } => incarnation,
@@ -364,14 +378,22 @@ fn with(manager: &Running, instance: &str, asked: RealtimeRequest) -> RequestBod
 /// Policy and priority of the thread of a component, as the kernel has them.
 fn kernel(manager: &Running, instance: &str) -> (u32, u32) {
     let tasks = format!("/proc/{}/task", manager.child.id());
-    let tasks = std::fs::read_dir(tasks).unwrap();
+    let tasks = std::fs::read_dir(tasks).expect("it is there");
     let mut stats =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
     let stat = stats.find(|stat| stat.contains(&format!("({instance})")));
-    let stat = stat.unwrap();
-    let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
+    let stat = stat.expect("it is there");
+    let fields: Vec<&str> = stat
+        .rsplit_once(") ")
+        .expect("it is there")
+        .1
+        .split(' ')
+        .collect();
     // The 40th and 41st of proc_pid_stat(5), of which the name is the second.
-    (fields[38].parse().unwrap(), fields[37].parse().unwrap())
+    (
+        fields[38].parse().expect("it is there"),
+        fields[37].parse().expect("it is there"),
+    )
 }
 
 #[test]
@@ -441,7 +463,8 @@ fn a_processor_that_is_not_there_is_refused_or_told() {
 
 /// Names of the threads of the manager.
 fn threads(manager: &Running) -> Vec<String> {
-    let tasks = std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).unwrap();
+    let tasks =
+        std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).expect("it is there");
     let names =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("comm")).ok());
     names.map(|name| name.trim_end().to_owned()).collect()
@@ -518,13 +541,56 @@ fn those_that_share_an_execution_context_have_the_same_of_the_machine() {
 
 /// Processors of a thread of the manager.
 fn cpus_of(manager: &Running, thread: &str) -> String {
-    let tasks = std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).unwrap();
+    let tasks =
+        std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).expect("it is there");
     let mut statuses =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("status")).ok());
     let own = statuses.find(|status| status.starts_with(&format!("Name:\t{thread}\n")));
-    let own = own.unwrap();
+    let own = own.expect("it is there");
     let cpus = own
         .lines()
         .find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
-    cpus.unwrap().trim().to_owned()
+    cpus.expect("it is there").trim().to_owned()
+}
+
+#[test]
+fn members_that_share_their_state_fail_are_reset_and_deactivated_together() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    create(&mut client, of_composite(&manager, ("A", 1), "other", &[]));
+    create(&mut client, of_composite(&manager, ("B", 2), "other", &[]));
+    create(&mut client, shared(&manager, ("C", 3), "other", &[]));
+    let states =
+        |client: &mut Client| ["A", "B", "C"].map(|instance| component(client, instance).state);
+    for instance in ["A", "B", "C"] {
+        ok(&mut client, activate(instance));
+    }
+    let failing = configure("A", &[("fail", "on_execute"), ("reason", "told to")]);
+    ok(&mut client, failing);
+    ok(&mut client, tick("C", 2));
+    assert_eq!(states(&mut client), ["Error", "Error", "Active"]);
+    let why = component(&mut client, "B").message.unwrap();
+    assert_eq!(why, "A of arm is in Error: on_execute: told to");
+    assert_eq!(component(&mut client, "B").executions, 1);
+
+    ok(&mut client, configure("A", &[("fail", "")]));
+    let reset = RequestBody::Reset {
+        instance: "B".to_owned(),
+    };
+    ok(&mut client, reset);
+    assert_eq!(states(&mut client), ["Inactive", "Inactive", "Active"]);
+    ok(&mut client, activate("A"));
+    ok(&mut client, activate("B"));
+    ok(&mut client, deactivate("B"));
+    assert_eq!(states(&mut client), ["Inactive", "Inactive", "Active"]);
+
+    // None is activated beside one that is in Error.
+    ok(&mut client, configure("A", &[("fail", "on_activated")]));
+    refused(&mut client, activate("A"), SOON);
+    let failure = refused(&mut client, activate("B"), SOON);
+    assert_eq!(
+        failure.message,
+        "B: A, with which it shares its state in arm, is in Error: reset that first"
+    );
 }

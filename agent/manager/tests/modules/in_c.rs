@@ -14,10 +14,37 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Builds a module of a C source, with the options that choose the language.
-fn build(source: &Path, library: &Path, language: &[&str]) {
+/// A folder with the header of a later rtsctl, which has appended a field to each struct.
+fn later_header(folder: &Path) -> PathBuf {
+    let header = "rtsctl/rts_module.h";
+    let here = std::fs::read_to_string(repository().join("agent/runtime/include").join(header));
+    let structs = [
+        "buffer",
+        "loan",
+        "port",
+        "service",
+        "parameter",
+        "module",
+        "host",
+    ];
+    let later = structs.iter().fold(here.unwrap(), |text, it| {
+        let end = format!("}} rts_{it}_t;");
+        assert_eq!(text.matches(&end).count(), 1, "{end}");
+        text.replace(&end, &format!("  uint64_t appended;\n{end}"))
+            .replace(&format!("RTS_STATIC_ASSERT(sizeof(rts_{it}_t)"), "// ")
+    });
+    let path = folder.join("later").join(header);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(&path, later).unwrap();
+    folder.join("later")
+}
+
+/// Builds a module of a C source, with the options that choose the language, and a folder of headers that go before ours.
+fn build(source: &Path, library: &Path, language: &[&str], headers: Option<&Path>) {
+    let ahead = headers.map(|folder| [Path::new("-I"), folder]);
     let done = Command::new("cc")
         .args(language)
+        .args(ahead.iter().flatten())
         .args([
             "-Wall",
             "-Wextra",
@@ -86,9 +113,13 @@ fn end(manager: &Running, name: &str, direction: &str, values: &[&str]) -> Reque
 fn a_component_in_c_or_cpp_runs_like_the_others() {
     let folder = tempfile::tempdir().unwrap();
     let source = repository().join("manifests/components_c/scale/scale.c");
-    for language in [["-x", "c", "-std=c11"], ["-x", "c++", "-std=c++11"]] {
-        let library = folder.path().join(format!("lib{}.so", language[1]));
-        build(&source, &library, &language);
+    let later = later_header(folder.path());
+    let (c, cpp) = (["-x", "c", "-std=c11"], ["-x", "c++", "-std=c++11"]);
+    // Of today, and of a later rtsctl, whose structs are longer.
+    for (language, headers) in [(c, None), (cpp, None), (c, Some(&*later))] {
+        let file = format!("lib{}{}.so", language[1], headers.is_some());
+        let library = folder.path().join(file);
+        build(&source, &library, &language, headers);
         let manager = start("m");
         let mut client = manager.client();
         let ResponseBody::Module(module) = ok(&mut client, load("Scale", &library)) else {
@@ -151,7 +182,7 @@ fn a_component_in_c_is_connected_over_every_transport() {
     let folder = tempfile::tempdir().unwrap();
     let library = folder.path().join("libscale.so");
     let source = repository().join("manifests/components_c/scale/scale.c");
-    build(&source, &library, &["-x", "c", "-std=c11"]);
+    build(&source, &library, &["-x", "c", "-std=c11"], None);
     let made = |answer| match answer {
         ResponseBody::Created { incarnation } => incarnation,
         other => panic!("{other:?}"),
@@ -231,7 +262,7 @@ fn a_module_of_another_version_is_refused_with_both_versions_and_what_to_do() {
         let text = format!("const void *rts_module_v{version}(void) {{ return 0; }}\n");
         std::fs::write(&source, text).unwrap();
         let library = folder.path().join(format!("lib{version}.so"));
-        build(&source, &library, &["-Wno-missing-prototypes"]);
+        build(&source, &library, &["-Wno-missing-prototypes"], None);
         let failure = refused(&mut client, load("It", &library), SOON);
         assert_eq!(failure.code, FailureCode::LoadFailed);
         assert_eq!(

@@ -2,12 +2,12 @@
 //!
 //! Components write and read little endian; tools may use either order. docs/adr/0019-cdr.md says what CDR leaves open.
 
+mod cdr;
 mod generated;
 mod octets;
 mod timed;
 mod wide;
 
-use byteorder::{BigEndian, LittleEndian};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -16,6 +16,7 @@ mod openrtm {
     include!("openrtm.rs");
 }
 
+pub use cdr::CdrError;
 pub use generated::{Array, Nested, nested};
 pub use octets::octets;
 pub use openrtm::RTC::*;
@@ -47,7 +48,7 @@ pub enum Endian {
 /// }
 /// ```
 ///
-/// Only what CDR knows can be encoded: no maps, no `Option`, no sequences of empty structs. How the types of IDL are
+/// Only what CDR knows can be encoded: no maps, no `Option`, no sequences of empty structs, no text with a zero in it. How the types of IDL are
 /// written in Rust:
 ///
 /// | IDL | Rust |
@@ -71,8 +72,8 @@ pub trait DataType: Serialize + DeserializeOwned + Send + 'static {
     fn encode_as(&self, endian: Endian, buffer: &mut Vec<u8>) -> Result<(), DataError> {
         buffer.clear();
         match endian {
-            Endian::Little => cdr_encoding::to_writer::<_, LittleEndian, _>(buffer, self),
-            Endian::Big => cdr_encoding::to_writer::<_, BigEndian, _>(buffer, self),
+            Endian::Little => cdr::encode::<false, _>(self, buffer),
+            Endian::Big => cdr::encode::<true, _>(self, buffer),
         }
         .map_err(|source| DataError::Encode {
             type_id: Self::TYPE_ID,
@@ -91,8 +92,8 @@ pub trait DataType: Serialize + DeserializeOwned + Send + 'static {
     /// no hint from the length that the input claims.
     fn decode_as(endian: Endian, bytes: &[u8]) -> Result<Self, DataError> {
         let (value, used) = match endian {
-            Endian::Little => cdr_encoding::from_bytes::<Self, LittleEndian>(bytes),
-            Endian::Big => cdr_encoding::from_bytes::<Self, BigEndian>(bytes),
+            Endian::Little => cdr::decode::<false, Self>(bytes),
+            Endian::Big => cdr::decode::<true, Self>(bytes),
         }
         .map_err(DataError::Decode)?;
         match bytes.len() - used {
@@ -112,11 +113,11 @@ pub enum DataError {
         type_id: &'static str,
         /// Why.
         #[source]
-        source: cdr_encoding::Error,
+        source: CdrError,
     },
     /// The bytes are no value of the type.
     #[error("the bytes cannot be decoded")]
-    Decode(#[source] cdr_encoding::Error),
+    Decode(#[source] CdrError),
     /// A value, and then more.
     #[error("{0} bytes are left over")]
     Trailing(usize),

@@ -58,6 +58,9 @@ static inline rts_text_t rts_text(const char *text) {
 }
 #endif
 
+/** Whether a struct of the other side goes as far as a field: RTS_HAS(rts_host_t, host, publish). */
+#define RTS_HAS(type, it, field) ((it)->size >= offsetof(type, field) + sizeof((it)->field))
+
 #ifdef __cplusplus
 #define RTS_STATIC_ASSERT(what) static_assert(what, #what)
 #else

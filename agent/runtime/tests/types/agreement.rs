@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use rts_runtime::types::{self, DataType, WChar, WString, octets};
-use rts_schemas::cdr::{Endian, Value, encode};
+use rts_schemas::cdr::{Endian, Value, decode, encode};
 use rts_schemas::idl::model::*;
 use rts_schemas::idl::{read, standard};
 use rts_schemas::span::Span;
@@ -35,6 +35,33 @@ fn agrees<T: DataType>(unit: &Unit, choices: &[u8]) {
         let mut again = Vec::new();
         sample.encode_as(ours, &mut again).expect("what was read");
         assert_eq!(again, bytes, "{}: {value:?}", T::TYPE_ID);
+    }
+}
+
+/// Bytes of a value with some of them changed, or fewer: what one of the two refuses, the other refuses too.
+fn agrees_on_faults<T: DataType>(unit: &Unit, choices: &[u8], faults: &[(u16, u8)], fewer: u8) {
+    let r#type = Type::Named(unit.find(T::TYPE_ID).expect(T::TYPE_ID));
+    let mut drawn = any::Choices {
+        bytes: choices,
+        plain: false,
+    };
+    let value = drawn.value(unit, &r#type);
+    let mut bytes = encode(unit, &r#type, &value, Endian::Little).expect("a drawn value");
+    for (at, byte) in faults {
+        let at = usize::from(*at) % bytes.len();
+        bytes[at] = *byte;
+    }
+    bytes.truncate(bytes.len() - usize::from(fewer).min(bytes.len() - 1));
+    let theirs = decode(unit, &r#type, &bytes, Endian::Little);
+    let mut again = Vec::new();
+    let ours = T::decode(&bytes).and_then(|sample| sample.encode(&mut again));
+    match (theirs, ours) {
+        (Ok(value), Ok(())) => {
+            let theirs = encode(unit, &r#type, &value, Endian::Little).expect("what was read");
+            assert_eq!(again, theirs, "{}: {bytes:?}", T::TYPE_ID);
+        }
+        (Err(_), Err(_)) => {}
+        (theirs, ours) => panic!("{}: {bytes:?}: {theirs:?}, {ours:?}", T::TYPE_ID),
     }
 }
 
@@ -135,24 +162,40 @@ fn choices() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(0..=u8::MAX, 0..200)
 }
 
-proptest! {
-    #[test]
-    fn types_of_openrtm(choices in choices()) {
-        macro_rules! each {
-            ($($name:ident)*) => {$( agrees::<types::$name>(&UNIT, &choices); )*};
-        }
-        each! {
+/// Calls a function for each type of OpenRTM.
+macro_rules! each {
+    ($call:ident $arguments:tt) => {
+        each!(@ $call $arguments
             TimedBoolean TimedOctet TimedShort TimedLong TimedFloat TimedDouble TimedString TimedOctetSeq TimedShortSeq
             TimedLongSeq TimedFloatSeq TimedDoubleSeq
             TimedState TimedUShort TimedULong TimedChar TimedWChar TimedWString TimedUShortSeq TimedULongSeq TimedCharSeq
             TimedWCharSeq TimedBooleanSeq TimedStringSeq TimedWStringSeq
             TimedRGBColour TimedPose2D TimedVelocity2D TimedPoint3D TimedPose3D TimedCovariance3D TimedQuaternion
-            ActArrayState CameraImage MultiCameraImages GPSData GripperState OGMapTile PointCloud RangeData
-        }
+            ActArrayState CameraImage MultiCameraImages GPSData GripperState OGMapTile PointCloud RangeData)
+    };
+    (@ $call:ident $arguments:tt $($name:ident)*) => {$( $call::<types::$name> $arguments; )*};
+}
+
+fn faults() -> impl Strategy<Value = Vec<(u16, u8)>> {
+    // Zeros and small numbers are what lengths and ends of texts are made of.
+    let byte = prop_oneof![Just(0), 0..8_u8, any::<u8>()];
+    prop::collection::vec((any::<u16>(), byte), 0..4)
+}
+
+proptest! {
+    #[test]
+    fn types_of_openrtm(choices in choices()) {
+        each!(agrees(&UNIT, &choices));
     }
 
     #[test]
     fn enums_unions_arrays_and_wide_texts(choices in choices()) {
         agrees::<Sample>(&UNIT, &choices);
+    }
+
+    #[test]
+    fn what_is_no_value(choices in choices(), faults in faults(), fewer in prop_oneof![Just(0), 0..9_u8]) {
+        each!(agrees_on_faults(&UNIT, &choices, &faults, fewer));
+        agrees_on_faults::<Sample>(&UNIT, &choices, &faults, fewer);
     }
 }

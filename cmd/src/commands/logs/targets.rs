@@ -21,7 +21,9 @@ pub struct Target {
 
 /// The components that are meant.
 pub async fn find(args: &Args, controller: &Controller) -> Result<Vec<Target>, CliError> {
-    let components: Vec<Component> = list(controller, Kind::Component).await?;
+    let mut components: Vec<Component> = list(controller, Kind::Component).await?;
+    // Nothing of a composite itself runs.
+    components.retain(|component| component.spec.composite.is_none());
     if let Some(system) = &args.system {
         return of_system(system, args, &components, controller).await;
     }

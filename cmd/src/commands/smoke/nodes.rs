@@ -89,6 +89,7 @@ mod tests {
 
     fn nodes(components: &[(Option<&str>, Option<&str>)]) -> Vec<String> {
         let spec = SystemSpec {
+            composites: Vec::new(),
             name: "s".to_owned(),
             full_id: String::new(),
             components: components.iter().map(|(n, h)| component(*n, *h)).collect(),
@@ -144,6 +145,7 @@ mod tests {
     fn too_many_are_refused() {
         let hosts: Vec<String> = (0..17).map(|n| format!("h{n}")).collect();
         let spec = SystemSpec {
+            composites: Vec::new(),
             name: "s".to_owned(),
             full_id: String::new(),
             components: hosts.iter().map(|h| component(None, Some(h))).collect(),

@@ -27,7 +27,9 @@ impl Snapshot {
             connectors: list(controller, Kind::Connector).await?,
             managers: list(controller, Kind::Manager).await?,
         };
-        snapshot.components.retain(|c| c.spec.system == system);
+        // Nothing of a composite itself runs.
+        let own = |c: &Component| c.spec.system == system && c.spec.composite.is_none();
+        snapshot.components.retain(own);
         snapshot.connectors.retain(|c| c.spec.system == system);
         snapshot.managers.retain(|m| m.spec.system == system);
         Ok(snapshot)

@@ -39,6 +39,15 @@ pub(super) fn component(component: &Component, scene: &Scene) -> Page {
     if status.stand_in {
         page.line("Stand-in", "true (none of its own code runs)");
     }
+    if let Some(composite) = &spec.composite {
+        page.line("Composite", composite.kind.as_str());
+        page.line("Members", composite.members.join(", "));
+    }
+    if let Some(shared) = &status.execution_context {
+        let order = format!("{} (order {})", shared.name, shared.order);
+        page.line("Execution context", order);
+        page.line("Runs with", status.runs_with.join(", "));
+    }
     let rate = status.rate.map(|rate| format!("{rate} Hz"));
     page.line("Rate", rate.unwrap_or_default());
     page.line("Executions", status.executions.to_string());

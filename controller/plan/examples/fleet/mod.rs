@@ -72,6 +72,7 @@ fn instance(number: usize) -> String {
 
 fn system(components: usize) -> StoredSystem {
     let spec = SystemSpec {
+        composites: Vec::new(),
         name: "fleet".to_owned(),
         full_id: "RTSystem:rtsctl:fleet:1.0".to_owned(),
         components: (0..components).map(component).collect(),

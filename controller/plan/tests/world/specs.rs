@@ -77,6 +77,7 @@ pub fn hello() -> StoredSystem {
     }
     let sync = SendingTiming::Sync;
     stored(SystemSpec {
+        composites: Vec::new(),
         name: "hello".to_owned(),
         full_id: "RTSystem:rtsctl:hello:1.0".to_owned(),
         components: vec![sine, filter, printer],
@@ -153,6 +154,7 @@ pub fn system(
                 let count = components.len();
                 let instance = |index: usize| format!("{prefix}{}", index % count);
                 let spec = SystemSpec {
+                    composites: Vec::new(),
                     name: name.to_owned(),
                     full_id: String::new(),
                     components: components
@@ -193,7 +195,7 @@ fn random_component(instance: &str, choices: Choices) -> ComponentSpec {
     spec.policy.on_disconnect = on_disconnect(policy);
     spec.policy.drift = drift_policy(drift);
     // All laws hold for these as well.
-    spec.execution_context.name = (gain != 1).then(|| "control".to_owned());
+    spec.execution_context.name = (gain != 1).then(|| format!("of-{instance}"));
     spec.execution_context.order = i32::from(rate);
     if event && manager == 3 {
         spec.execution_context.kind = ExecutionKind::EventDriven;

@@ -59,6 +59,7 @@ pub fn hello() -> SystemSpec {
     let mut printer = component("Printer0", "Printer");
     printer.placement.isolated = true;
     SystemSpec {
+        composites: Vec::new(),
         name: "hello".into(),
         full_id: "RTSystem:rtsctl:hello:1.0".into(),
         components: vec![

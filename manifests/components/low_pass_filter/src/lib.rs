@@ -100,7 +100,7 @@ mod tests {
         let failure = host.configure("alpha", "1.5").unwrap_err();
         assert_eq!(
             failure.to_string(),
-            "BAD_PARAMETER: parameter `alpha`: `1.5` is refused: must be above 0 and at most 1"
+            "BAD_PARAMETER: parameter `alpha` = `1.5`: must be above 0 and at most 1"
         );
         assert!(host.configure("alpha", "NaN").is_err());
     }

@@ -9,9 +9,9 @@ use super::managers::{Managers, endpoint};
 use crate::diagnostic::Report;
 use crate::names;
 use crate::placement::{self, PREFIX, parse_bool};
-use crate::rts_profile::ReadProfile;
 use crate::rts_profile::ior::Endpoint;
 use crate::rts_profile::model::{Component, Property, property_value};
+use crate::rts_profile::{ReadProfile, composite};
 use crate::span::Text;
 use crate::system::{
     ComponentSpec, Configuration, ExecutionContextSpec, ExecutionKind, Placement, Policy, PortKind,
@@ -28,6 +28,8 @@ pub(super) fn components(read: &ReadProfile, report: &mut Report) -> Vec<Compone
         .filter_map(|component| {
             let instance = component.instance_name.as_ref()?.trimmed().to_owned();
             let type_name = type_name(component)?;
+            // Nothing of a composite itself runs.
+            composite::kind(component).is_none().then_some(())?;
             seen.insert(instance.clone()).then_some(())?;
             let endpoint = endpoint(component);
             let mut spec = ComponentSpec {
@@ -64,7 +66,7 @@ pub(crate) fn type_name(component: &Component) -> Option<String> {
     names::type_name(&component.id.as_ref()?.value, instance)
 }
 
-fn required(component: &Component) -> bool {
+pub(super) fn required(component: &Component) -> bool {
     component
         .is_required
         .as_ref()
@@ -119,7 +121,7 @@ pub(crate) fn is_pseudo_set(id: &str) -> bool {
 }
 
 /// The first context is the component's own; further ones belong to composites.
-fn execution_context(component: &Component) -> ExecutionContextSpec {
+pub(super) fn execution_context(component: &Component) -> ExecutionContextSpec {
     let Some(context) = component.execution_contexts.first() else {
         return ExecutionContextSpec::default();
     };

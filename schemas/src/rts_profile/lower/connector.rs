@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::NAME_KEY;
 use crate::diagnostic::{Finding, Report};
-use crate::rts_profile::ReadProfile;
-use crate::rts_profile::model::{Connector, Port, Target, property_value};
+use crate::rts_profile::model::{Component, Connector, Port, Target, property_value};
+use crate::rts_profile::{ReadProfile, composite};
 use crate::system::{ConnectorSpec, Direction, PortKind, PortRef};
 
 pub(super) fn connectors(read: &ReadProfile, report: &mut Report) -> Vec<ConnectorSpec> {
@@ -62,6 +62,10 @@ pub(crate) fn free_name(name: &str, used: &HashMap<String, usize>) -> (String, u
 }
 
 fn end(profile: &ReadProfile, target: &Target) -> Option<PortRef> {
+    if let Some((member, port)) = of_member(profile, target) {
+        let instance = member.instance_name.as_ref()?.trimmed().to_owned();
+        return Some(PortRef { instance, port });
+    }
     let instance = target.instance_name.as_ref()?.trimmed();
     let port = target.port_name.as_ref()?.trimmed();
     let bare = profile.component(instance).map_or_else(
@@ -78,9 +82,19 @@ fn end(profile: &ReadProfile, target: &Target) -> Option<PortRef> {
     })
 }
 
+/// The component and bare port that an end at a composite means.
+fn of_member<'a>(profile: &'a ReadProfile, target: &Target) -> Option<(&'a Component, String)> {
+    let composite = profile.component(target.instance_name.as_ref()?.trimmed())?;
+    composite::kind(composite)?;
+    composite::member_port(profile, composite, &target.port_name.as_ref()?.value)
+}
+
 /// The declared port of an end.
 fn declared<'a>(profile: &'a ReadProfile, target: Option<&Target>) -> Option<(PortKind, &'a Port)> {
     let target = target?;
+    if let Some((member, port)) = of_member(profile, target) {
+        return member.port(&port);
+    }
     let instance = &target.instance_name.as_ref()?.value;
     profile.port(instance, &target.port_name.as_ref()?.value)
 }

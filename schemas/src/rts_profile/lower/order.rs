@@ -1,10 +1,12 @@
 //! The seven orders.
 
+use crate::composite::Composites;
 use crate::rts_profile::ReadProfile;
 use crate::rts_profile::model::{self, OrderKind, Preceding};
-use crate::system::{Condition, Orders, SendingTiming, WaitFor};
+use crate::system::{CompositeSpec, Condition, Orders, SendingTiming, WaitFor};
 
-pub(super) fn orders(read: &ReadProfile) -> Orders {
+pub(super) fn orders(read: &ReadProfile, composites: &[CompositeSpec]) -> Orders {
+    let composites = Composites::of(composites);
     let mut orders = Orders::default();
     for order in &read.profile.orders {
         let list = match order.kind {
@@ -16,13 +18,18 @@ pub(super) fn orders(read: &ReadProfile) -> Orders {
             OrderKind::Initializing => &mut orders.initializing,
             OrderKind::Finalizing => &mut orders.finalizing,
         };
-        list.extend(order.conditions.iter().flat_map(conditions));
+        let conditions = order.conditions.iter();
+        list.extend(conditions.flat_map(|condition| self::conditions(condition, &composites)));
     }
     orders
 }
 
-/// One condition of the file; two when it has both a time and predecessors, since conditions are ANDed.
-pub(super) fn conditions(condition: &model::Condition) -> Vec<Condition> {
+/// One condition of the file; two when it has both a time and predecessors, since conditions are ANDed. One of a composite
+/// is one of each of its members.
+pub(super) fn conditions(
+    condition: &model::Condition,
+    composites: &Composites<'_>,
+) -> Vec<Condition> {
     let target = condition
         .target
         .as_ref()
@@ -40,26 +47,27 @@ pub(super) fn conditions(condition: &model::Condition) -> Vec<Condition> {
         .and_then(|text| parse_whole(&text.value));
     let waits = [
         time.map(|milliseconds| WaitFor::Time { milliseconds }),
-        condition.preceding.as_ref().and_then(preceding),
+        condition
+            .preceding
+            .as_ref()
+            .and_then(|said| preceding(said, composites)),
     ];
-    let with = |wait| Condition {
-        target: target.trimmed().to_owned(),
-        sequence,
-        wait,
+    let waits: Vec<Option<WaitFor>> = match waits {
+        [None, None] => vec![None],
+        waits => waits.into_iter().flatten().map(Some).collect(),
     };
-    let found: Vec<Condition> = waits
-        .into_iter()
-        .flatten()
-        .map(|wait| with(Some(wait)))
-        .collect();
-    if found.is_empty() {
-        vec![with(None)]
-    } else {
-        found
-    }
+    let targets = composites.leaves(target.trimmed()).into_iter();
+    let with = |target: &str, wait: &Option<WaitFor>| Condition {
+        target: target.to_owned(),
+        sequence,
+        wait: wait.clone(),
+    };
+    targets
+        .flat_map(|target| waits.iter().map(move |wait| with(target, wait)))
+        .collect()
 }
 
-fn preceding(preceding: &Preceding) -> Option<WaitFor> {
+fn preceding(preceding: &Preceding, composites: &Composites<'_>) -> Option<WaitFor> {
     let timing = match &preceding.sending_timing {
         Some(text) => parse_timing(&text.value)?,
         None => SendingTiming::Sync,
@@ -67,7 +75,9 @@ fn preceding(preceding: &Preceding) -> Option<WaitFor> {
     let components: Vec<String> = preceding
         .components
         .iter()
-        .filter_map(|target| Some(target.instance_name.as_ref()?.trimmed().to_owned()))
+        .filter_map(|target| Some(composites.leaves(target.instance_name.as_ref()?.trimmed())))
+        .flatten()
+        .map(str::to_owned)
         .collect();
     (!components.is_empty()).then(|| WaitFor::Preceding {
         timing,

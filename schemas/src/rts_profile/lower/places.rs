@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::order;
+use super::{composite, order};
+use crate::composite::Composites;
 use crate::diagnostic::Place;
 use crate::placement::{self, PREFIX};
 use crate::rts_profile::ReadProfile;
@@ -141,6 +142,8 @@ impl Collect<'_> {
     fn orders(&mut self) {
         let read = self.read;
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        let composites = composite::composites(read);
+        let composites = Composites::of(&composites);
         for order in &read.profile.orders {
             let key = key(order.kind);
             // Of several nobody can tell which one a pointer to them all means.
@@ -153,7 +156,7 @@ impl Collect<'_> {
                 let name = target.and_then(|target| target.instance_name.as_ref());
                 let span = name.map_or(condition.span, |name| name.span);
                 let count = counts.entry(key).or_default();
-                for _ in order::conditions(condition) {
+                for _ in order::conditions(condition, &composites) {
                     let at = format!("/orders/{key}/{count}");
                     *count += 1;
                     self.places

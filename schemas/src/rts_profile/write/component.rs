@@ -5,8 +5,8 @@ use crate::names;
 use crate::placement::{PREFIX, settings};
 use crate::rts_profile::TYPE_KEY;
 use crate::system::{
-    ComponentSpec, Configuration, Direction, ExecutionContextSpec, ExecutionKind, PortKind,
-    PortSpec,
+    ComponentSpec, CompositeSpec, Configuration, Direction, ExecutionContextSpec, ExecutionKind,
+    PortKind, PortSpec,
 };
 use crate::xml::Tag;
 
@@ -30,6 +30,42 @@ pub(super) fn component((index, spec): (usize, &ComponentSpec)) -> Tag {
         .holding([location(index)])
         .holding(own_type.then(|| property(TYPE_KEY, &spec.type_name)))
         .holding(keys.map(|(key, value)| property(&format!("{PREFIX}{key}"), &value)))
+}
+
+/// A composite: its members by their names, and the ports that it exports.
+pub(super) fn composite<'a>(
+    (index, spec): (usize, &CompositeSpec),
+    id_of: impl Fn(&str) -> Option<&'a str>,
+) -> Tag {
+    let by_id = names::type_name(&spec.full_id, &spec.instance);
+    let own_type = by_id.as_deref() != Some(&spec.type_name);
+    let members = spec.members.iter().map(|member| {
+        let target = Tag::new("rts:Participant")
+            .with("xsi:type", "rtsExt:target_component_ext")
+            .with("rts:instanceName", member)
+            .with("rts:componentId", id_of(member).unwrap_or_default());
+        Tag::new("rts:Participants").holding([target])
+    });
+    let exported = (!spec.exported_ports.is_empty()).then(|| {
+        let data = Tag::new("rts:ConfigurationData")
+            .with("rts:name", "exported_ports")
+            .with("rts:data", spec.exported_ports.join(","));
+        Tag::new("rts:ConfigurationSets")
+            .with("rts:id", "default")
+            .holding([data])
+    });
+    Tag::new("rts:Components")
+        .with("xsi:type", "rtsExt:component_ext")
+        .with("rts:instanceName", &spec.instance)
+        .with("rts:id", &spec.full_id)
+        .with("rts:pathUri", format!("localhost/{}.rtc", spec.instance))
+        .with("rts:compositeType", spec.kind.as_str())
+        .with("rts:isRequired", spec.required.to_string())
+        .holding(exported)
+        .holding([execution_context(&spec.execution_context)])
+        .holding(members)
+        .holding([location(index)])
+        .holding(own_type.then(|| property(TYPE_KEY, &spec.type_name)))
 }
 
 /// A name server's address and a path below it. The address says the host; `localhost` says none.

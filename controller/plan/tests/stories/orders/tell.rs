@@ -11,6 +11,7 @@ use SendingTiming::Sync;
 /// Components of these names, which run in one process and are not connected.
 pub fn named(names: &[&str], orders: Orders) -> StoredSystem {
     stored(SystemSpec {
+        composites: Vec::new(),
         name: "s".to_owned(),
         full_id: String::new(),
         components: names.iter().map(|name| component(name, "T")).collect(),

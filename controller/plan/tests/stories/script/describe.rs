@@ -22,6 +22,7 @@ use crate::world::specs::{component, connector, set, stored};
 /// A system from its lines.
 pub fn system(name: &str, lines: &[&str]) -> Result<StoredSystem, Fault> {
     let mut spec = SystemSpec {
+        composites: Vec::new(),
         name: name.to_owned(),
         full_id: format!("RTSystem:rtsctl:{name}:1.0"),
         components: Vec::new(),
