@@ -434,7 +434,7 @@ fn a_full_out_port_overwrites_refuses_or_waits() {
             let properties = [
                 ("subscription_type", "periodic"),
                 // No tick comes in the time of this test.
-                ("push_rate", "0.0001"),
+                ("push_rate", "0.001"),
                 ("outport.buffer.length", "2"),
                 ("outport.buffer.write.full_policy", policy),
                 ("outport.buffer.write.timeout", "0.01"),

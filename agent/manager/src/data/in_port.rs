@@ -134,6 +134,15 @@ impl InPort {
         Written::Taken
     }
 
+    /// Takes a sample in, waiting for room as the policy says, and while `stays` holds. One that finds none is counted.
+    pub fn take_in(&self, source: &Arc<Source>, sample: Sample, stays: impl Fn() -> bool) {
+        if let Err(sample) = self.offer(source, sample)
+            && self.wait(source, sample, Instant::now(), stays) != Written::Taken
+        {
+            source.count_drop();
+        }
+    }
+
     /// A source that was asked for a sample has none.
     pub fn answered(&self, source: &Arc<Source>) {
         let mut waiting = self.waiting.lock();

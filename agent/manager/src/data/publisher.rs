@@ -10,7 +10,6 @@ use rustix::io::Errno;
 
 use super::in_port::InPort;
 use super::outbox::Outbox;
-use super::sample::Written;
 use super::source::Source;
 
 /// Moves samples until the connector ends. For a thread of its own.
@@ -20,11 +19,7 @@ pub fn publish(outbox: &Outbox, port: &InPort, source: &Arc<Source>) -> io::Resu
         while outbox.closed().is_none()
             && let Some(sample) = outbox.next()
         {
-            if let Err(sample) = port.offer(source, sample)
-                && port.wait(source, sample, Instant::now(), || true) != Written::Taken
-            {
-                source.count_drop();
-            }
+            port.take_in(source, sample, || true);
         }
         if outbox.closed().is_some() || !source.is_open() {
             return Ok(());

@@ -1,7 +1,6 @@
 //! The in-port end of a connector from another process.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use rts_schemas::cdr::Endian;
 use rts_schemas::connector::Dataflow;
@@ -9,7 +8,6 @@ use rts_transport::{Ended, Receiver};
 
 use super::in_port::InPort;
 use super::order::Turn;
-use super::sample::Written;
 use super::source::Source;
 
 /// What both ends have agreed on.
@@ -47,12 +45,7 @@ pub fn receive(
                 }
             }
         }
-        let stays = || !handle.has_gone();
-        if let Err(sample) = port.offer(source, sample)
-            && port.wait(source, sample, Instant::now(), stays) != Written::Taken
-        {
-            source.count_drop();
-        }
+        port.take_in(source, sample, || !handle.has_gone());
         source.is_open()
     })
 }

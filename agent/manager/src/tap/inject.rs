@@ -12,7 +12,7 @@ use rustix::event::PollFlags;
 
 use super::{Client, LOOK};
 use crate::data::in_port::InPort;
-use crate::data::sample::{Sample, Written, now};
+use crate::data::sample::{Sample, now};
 use crate::data::source::Source;
 use crate::data::{Parting, Payload};
 use crate::failure::invalid;
@@ -98,12 +98,9 @@ fn write(
             time: now(),
             payload,
         };
-        if let Err(sample) = port.offer(source, sample) {
-            let here = || client.wait(PollFlags::empty(), None, Duration::ZERO);
-            let stays = || here().is_ok_and(|events| !events.contains(PollFlags::HUP));
-            // Counted there.
-            let _: Written = port.wait(source, sample, Instant::now(), stays);
-        }
+        let here = || client.wait(PollFlags::empty(), None, Duration::ZERO);
+        let stays = || here().is_ok_and(|events| !events.contains(PollFlags::HUP));
+        port.take_in(source, sample, stays);
     }
     let until = Instant::now() + linger.min(LONGEST);
     while Instant::now() < until && client.gone().is_none() {
