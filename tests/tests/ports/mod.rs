@@ -27,9 +27,17 @@ impl Beside {
         drop(self.0.stdin.take());
         let (mut out, mut err) = (String::new(), String::new());
         let pipes = (self.0.stdout.take(), self.0.stderr.take());
-        pipes.0.unwrap().read_to_string(&mut out).unwrap();
-        pipes.1.unwrap().read_to_string(&mut err).unwrap();
-        let code = self.0.wait().unwrap().code().unwrap_or(-1);
+        pipes
+            .0
+            .expect("it is there")
+            .read_to_string(&mut out)
+            .expect("it is there");
+        pipes
+            .1
+            .expect("it is there")
+            .read_to_string(&mut err)
+            .expect("it is there");
+        let code = self.0.wait().expect("it is there").code().unwrap_or(-1);
         (code, out, err)
     }
 
@@ -43,8 +51,8 @@ impl Beside {
     }
 
     fn killed(mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
+        self.0.kill().expect("it is there");
+        self.0.wait().expect("it is there");
     }
 }
 
@@ -60,7 +68,7 @@ fn taps(managers: &[Value]) -> Vec<(String, String)> {
     let all = managers
         .iter()
         .filter_map(|m| m["status"]["taps"].as_array());
-    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let text = |value: &Value| value.as_str().expect("it is there").to_owned();
     all.flatten()
         .map(|tap| (text(&tap["port"]), text(&tap["way"])))
         .collect()
@@ -98,9 +106,9 @@ fn values(count: u64) -> Vec<Value> {
 #[track_caller]
 fn inject(stack: &Stack, port: &str, values: &[Value]) {
     let mut child = Beside::start(stack, &["port", "inject", port, "--timeout", "60s"]);
-    let mut stdin = child.0.stdin.take().unwrap();
+    let mut stdin = child.0.stdin.take().expect("it is there");
     for value in values {
-        writeln!(stdin, "{value}").unwrap();
+        writeln!(stdin, "{value}").expect("it is there");
     }
     drop(stdin);
     let (code, out, err) = child.ends();
