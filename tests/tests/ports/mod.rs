@@ -1,5 +1,7 @@
 //! Samples of ports: printed, injected, recorded and played, by real programs.
 
+#![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
+
 use std::io::{Read, Write};
 use std::process::{Child, Stdio};
 
