@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use rts_agent_api::PROTOCOL_VERSION;
 use rts_agent_api::messages::{NodeInfo, NodeSpecEnvelope, NodeSpecReceipt};
+use rts_host::timing::TARGET;
 use rts_http::problem::Problem;
 use tokio::sync::{Mutex, Notify};
+use tracing::{Instrument, info_span};
 
 use crate::batches::Batches;
 use crate::by_hand::Turns;
@@ -142,7 +144,9 @@ impl Agent {
         offered: Sealed,
     ) -> Result<NodeSpecReceipt, Problem> {
         let agent = self.clone();
-        let put = tokio::spawn(async move { agent.put_now(offered).await });
+        let span = info_span!(target: TARGET, "ledger");
+        let put = async move { agent.put_now(offered).await };
+        let put = tokio::spawn(put.instrument(span));
         put.await
             .unwrap_or_else(|e| Err(Problem::internal(format!("the ledger's write failed: {e}"))))
     }

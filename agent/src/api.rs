@@ -7,6 +7,7 @@ mod health;
 mod managers;
 mod node;
 mod ports;
+mod timings;
 
 use std::sync::Arc;
 
@@ -63,6 +64,7 @@ fn documented() -> OpenApiRouter<Arc<Agent>> {
         .routes(routes!(managers::create_component))
         .routes(routes!(managers::delete_component))
         .routes(routes!(acts::act))
+        .routes(routes!(timings::timings))
 }
 
 /// The description of the API.

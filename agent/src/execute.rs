@@ -22,10 +22,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rts_agent_api::messages::{Batch, BatchEvent, GateReport, StepOutcome};
+use rts_host::timing::TARGET;
 use rts_plan::plan::{Step, StepId};
 use tokio::sync::mpsc;
 use tokio::task::{Id, JoinSet};
 use tokio::time::{Instant, sleep_until, timeout_at};
+use tracing::{Instrument, info_span};
 
 use queue::Armed;
 #[cfg(test)]
@@ -184,7 +186,9 @@ impl Runner<'_> {
             let limit = self.hands.limit(&step).min(self.end - now);
             let end = (now + limit + GRACE).min(self.end);
             let what = what(&step);
-            let work = self.hands.carry_out(step, limit);
+            let span =
+                info_span!(target: TARGET, "step", what = step.work.kind(), of = step.target);
+            let work = self.hands.carry_out(step, limit).instrument(span);
             let task = self.running.spawn(async move {
                 let outcome = match timeout_at(end, work).await {
                     Ok(Ok(())) => StepOutcome::Succeeded,

@@ -12,9 +12,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rts_agent_api::session::AgentEvent;
+use rts_host::timing::TARGET;
 use rts_manager_api::control::{RequestBody, ResponseBody};
 use rts_plan::observed::Inventory;
 use tokio::time::{Instant, sleep};
+use tracing::{Instrument, info_span};
 
 use crate::agent::Agent;
 use crate::events::lock;
@@ -103,7 +105,8 @@ impl Agent {
     pub async fn observe(self: &Arc<Self>) -> Inventory {
         let agent = self.clone();
         let asked = self.inventory.begun.load(Ordering::SeqCst);
-        let round = tokio::spawn(async move { agent.round_after(asked).await });
+        let round = async move { agent.round_after(asked).await };
+        let round = tokio::spawn(round.instrument(info_span!(target: TARGET, "look")));
         round.await.unwrap_or_else(|e| {
             tracing::error!("a round of questions failed: {e}");
             self.inventory.last()

@@ -253,8 +253,17 @@ impl Agent {
         before: Option<&NodeSpec>,
         policies: &Policies,
     ) {
-        self.restarts.change(|m| m.keep(spec, before, policies));
-        self.restarts.save().await;
+        let forgets = {
+            let mut memory = lock(&self.restarts.memory);
+            let remembered = memory.components();
+            memory.keep(spec, before, policies);
+            memory.components() != remembered
+        };
+        // Most specs make it forget nothing: then nothing is to be written before it counts.
+        if forgets {
+            self.restarts.change(|_| ());
+            self.restarts.save().await;
+        }
     }
 
     /// Writes after a moment, for all that changes meanwhile.

@@ -2,6 +2,7 @@
 
 pub mod cli;
 pub mod commands;
+pub mod daemon;
 pub mod error;
 pub mod exit;
 pub mod follow;
@@ -13,6 +14,7 @@ pub mod save;
 pub mod saved;
 pub mod session;
 pub mod show;
+pub mod timings;
 
 use std::process::ExitCode;
 
@@ -20,6 +22,8 @@ use clap::Parser;
 
 /// Parses the arguments, runs the verb, prints the error if there is one, and gives the exit status.
 pub fn main() -> ExitCode {
+    // The clock of `--timings` begins.
+    let _ = rts_host::timing::now();
     let cli = match cli::Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => {

@@ -92,7 +92,9 @@ impl Session {
     /// The controller; the local one is started when none was named and none runs.
     pub async fn connect_or_start(&self) -> Result<Controller, CliError> {
         if self.controller.is_none() {
+            // It answers then.
             up::ensure(self, up::Wish::default()).await?;
+            return self.local(REQUEST_TIMEOUT);
         }
         self.connect().await
     }

@@ -19,10 +19,12 @@ use std::sync::Arc;
 
 use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_controller_api::{Problem, ProblemError};
+use rts_host::timing::TARGET;
 use rts_plan::observed::Observed;
 use rts_plan::plan::Plan;
 use rts_schemas::stand_in::shapes;
 use rts_schemas::system::SystemSpec;
+use tracing::{Instrument, info_span};
 
 pub use self::act::act;
 use self::placed::{Types, clashes, described, needs};
@@ -119,7 +121,10 @@ pub async fn examine(
     faults.extend(needs.faults);
     faults.extend(reach::reach(&placed, &candidate));
     let types = needs.types;
-    let found = modules::resolve(core, &candidate.spec, &types).await;
+    let found = modules::resolve(core, &candidate.spec, &types);
+    let found = found
+        .instrument(info_span!(target: TARGET, "modules"))
+        .await;
     // What is wrong with the system itself goes before what is in its way, and that before what may pass.
     if let Ok(found) = &found {
         faults.extend(found.missing.clone());
@@ -135,7 +140,10 @@ pub async fn examine(
     Ok(Examined {
         stored: stored.as_ref().map(version),
         found: found?,
-        observed: core.observe().await,
+        observed: core
+            .observe()
+            .instrument(info_span!(target: TARGET, "look"))
+            .await,
         expect: request.expect.clone(),
         untouched: None,
         types,
@@ -173,6 +181,7 @@ impl Examined {
     /// Decides; nothing is waited for. The caller holds [`Core::admission`] when it means to store. None when the stored
     /// system has changed since: it must be examined again.
     pub fn decide(self, core: &Core) -> Result<Option<Admitted>, Problem> {
+        let _span = info_span!(target: TARGET, "decide").entered();
         let mut records = core.registry().systems.clone();
         let mut candidate = self.candidate;
         let name = candidate.name().to_owned();

@@ -15,6 +15,7 @@ mod ports;
 mod sessions;
 mod simulate;
 mod systems;
+mod timings;
 mod watch;
 
 use std::sync::Arc;
@@ -97,6 +98,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(claims::adopt))
         .routes(routes!(claims::take_over))
         .routes(routes!(backup::backup))
+        .routes(routes!(timings::timings))
         .routes(routes!(sessions::greet))
         .routes(routes!(sessions::heartbeat))
         .routes(routes!(health::livez))

@@ -9,7 +9,9 @@ use std::sync::Arc;
 use rts_controller_api::objects::System;
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
 use rts_controller_api::{Problem, ProblemError};
+use rts_host::timing::TARGET;
 use rts_schemas::system::SystemSpec;
+use tracing::{Instrument, info_span};
 
 use crate::admit::{self, Admitted};
 use crate::core::Core;
@@ -134,7 +136,8 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
     let mut index = admitted.record.index;
     if admitted.changed {
         let generation = admitted.record.generation;
-        let stored = core.store_change(admitted.record).await;
+        let span = info_span!(target: TARGET, "store", of = format!("system/{name}"));
+        let stored = core.store_change(admitted.record).instrument(span).await;
         index = stored.map_err(|e| of_store(&e))?;
         if admitted.forgets {
             core.backoff().forget_system(name);

@@ -19,10 +19,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::timing::TARGET;
 use rts_plan::Placed;
 use rts_plan::observed::{NodeObserved, Observed};
 use rts_plan::plan::Plan;
 use tokio::time::Instant;
+use tracing::{Instrument, info_span};
 
 use crate::core::Core;
 use crate::ledger::settle::Settling;
@@ -124,10 +126,13 @@ impl Reconciler {
         let placed = self.core.place(None);
         let stamps = stamps(&self.core);
         self.specs.note_nodes(&placed).await;
-        let mut faults = self.specs.send(&placed.desired, &fenced).await;
+        let sent = self.specs.send(&placed.desired, &fenced);
+        let span = info_span!(target: TARGET, "node specs");
+        let mut faults = sent.instrument(span).await;
         faults.extend(fenced);
         // What is seen from here on was there after the agents had stored what they are judged by.
-        let observed = self.core.look(SLOW_TICK).await;
+        let look = self.core.look(SLOW_TICK);
+        let observed = look.instrument(info_span!(target: TARGET, "look")).await;
         moved::seen(&self.core, &self.specs, &observed, &busy).await;
         self.planned = Instant::now();
         let plan = self.plan(&placed, &observed, &busy, &long);
@@ -157,6 +162,7 @@ impl Reconciler {
         busy: &BTreeSet<String>,
         long: &BTreeMap<String, Vec<Unfinished>>,
     ) -> Plan {
+        let _span = info_span!(target: TARGET, "plan").entered();
         let desired = &placed.desired;
         let planned = || {
             let records = self.core.registry().systems.clone();
@@ -178,6 +184,7 @@ impl Reconciler {
         plan: &Plan,
         mut faults: BTreeMap<String, String>,
     ) {
+        let _span = info_span!(target: TARGET, "publish").entered();
         faults.extend(self.runs.faults());
         let slots = self.runs.slots();
         {

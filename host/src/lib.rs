@@ -8,4 +8,5 @@ pub mod files;
 pub mod home;
 pub mod identity;
 pub mod process;
+pub mod timing;
 pub mod usage;

@@ -10,7 +10,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::messages::{
     ActRequest, Acted, Batch, BatchEvent, BindRequest, Bound, CreateByHand, CreatedByHand, Factory,
     GateReport, InjectQuery, Injected, LogQuery, ModuleRequest, ModuleResolution, NodeInfo,
-    NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest,
+    NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest, Timings, TimingsQuery,
 };
 use crate::{AgentApi, BatchEvents, paths};
 
@@ -131,6 +131,12 @@ impl HttpAgent {
     /// Lets a connector of another node come to an in-port.
     pub async fn bind(&self, request: &BindRequest) -> Result<Bound, ClientError> {
         self.http.send(Method::POST, paths::BINDINGS, request).await
+    }
+
+    /// Where the time went lately.
+    pub async fn timings(&self, query: &TimingsQuery) -> Result<Timings, ClientError> {
+        let request = self.http.request(Method::GET, paths::TIMINGS);
+        self.http.json(request.query(query)).await
     }
 
     async fn at_manager<B: Serialize, T: DeserializeOwned>(

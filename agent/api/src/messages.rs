@@ -3,6 +3,7 @@
 mod act;
 mod bind;
 mod port;
+mod timings;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ use utoipa::ToSchema;
 pub use self::act::{Act, ActRequest, Acted, MAX_TICKS};
 pub use self::bind::{BindRequest, Bound};
 pub use self::port::{InjectLine, InjectQuery, Injected, PortEvent};
+pub use self::timings::{TimedSpan, Timings, TimingsQuery, micros};
 
 /// Who an agent is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

@@ -30,5 +30,7 @@ pub const MANAGER_COMPONENTS: &str = "/v1/managers/{manager}/components";
 pub const MANAGER_COMPONENT: &str = "/v1/managers/{manager}/components/{instance}";
 /// `POST`: [`crate::messages::ActRequest`] changes what runs by hand; [`crate::messages::Acted`] back.
 pub const ACTS: &str = "/v1/acts";
+/// `GET`, query [`crate::messages::TimingsQuery`]: [`crate::messages::Timings`].
+pub const TIMINGS: &str = "/v1/timings";
 /// `POST`: [`crate::messages::BindRequest`] of another node's agent; [`crate::messages::Bound`] back.
 pub const BINDINGS: &str = "/v1/bindings";

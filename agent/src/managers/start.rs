@@ -4,8 +4,10 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::timing::TARGET;
 use rts_plan::desired::ManagerKey;
 use tokio::time::{Instant, sleep, timeout};
+use tracing::{Instrument, info_span};
 
 use super::adopt::{Settled, settle};
 use super::{Identity, Manager};
@@ -103,7 +105,8 @@ impl Agent {
     ) -> Result<Arc<Manager>, StartManagerError> {
         let (agent, key) = (self.clone(), key.clone());
         let manager = key.display_name();
-        tokio::spawn(async move { agent.ensure_once(key).await })
+        let work = async move { agent.ensure_once(key).await };
+        tokio::spawn(work.in_current_span())
             .await
             .unwrap_or_else(|e| {
                 let reason = e.to_string();
@@ -152,7 +155,9 @@ impl Agent {
             folder: self.folders.manager(key),
             log: self.folders.manager_log(key),
         };
-        if let Some(manager) = self.prepare(&start).await? {
+        let prepared = self.prepare(&start);
+        let span = info_span!(target: TARGET, "folder");
+        if let Some(manager) = prepared.instrument(span).await? {
             // A manager that an earlier agent had started. Should it say nothing, the steps that ask it say so.
             let _ = timeout(HELLO, manager.link.ready()).await;
             return Ok(manager);
@@ -201,14 +206,20 @@ impl Agent {
     }
 
     async fn start(self: &Arc<Self>, start: &Start) -> Result<Arc<Manager>, StartManagerError> {
-        let launched = self.inputs.machine.launch(start).await;
-        let launched = launched.map_err(|e| match e.is_ending() {
-            true => StartManagerError::Ending {
-                manager: start.key.display_name(),
-            },
-            false => e.into(),
-        })?;
-        self.greet(start, launched).await
+        let launched = self.inputs.machine.launch(start);
+        let span = info_span!(target: TARGET, "launch");
+        let launched = launched
+            .instrument(span)
+            .await
+            .map_err(|e| match e.is_ending() {
+                true => StartManagerError::Ending {
+                    manager: start.key.display_name(),
+                },
+                false => e.into(),
+            })?;
+        let greeted = self.greet(start, launched);
+        let span = info_span!(target: TARGET, "ready");
+        greeted.instrument(span).await
     }
 
     /// Waits for the Hello of a manager that was launched; ends it when that does not come.

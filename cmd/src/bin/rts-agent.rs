@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use rts_agent::Config;
-use tracing_subscriber::EnvFilter;
 
 /// Runs the components of one node: starts managers, carries out plans, and says what really runs.
 #[derive(Debug, Parser)]
@@ -60,13 +59,7 @@ impl Args {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    tracing_subscriber::fmt()
-        .with_env_filter(
-            EnvFilter::try_from_env("RTSCTL_LOG").unwrap_or_else(|_| EnvFilter::new("info")),
-        )
-        .with_ansi(false)
-        .with_writer(std::io::stderr)
-        .init();
+    rtsctl::daemon::observe();
     let outcome = std::env::current_exe()
         .map_err(anyhow::Error::from)
         .and_then(|program| Ok(rts_agent::run(args.config(&program))?));

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
 use rts_controller_api::requests::{ApplyResult, PlanResult};
+use rts_plan::plan::Plan;
 
 use self::partly::list_waiting;
 pub use self::partly::{list_unfinished, partly};
@@ -23,7 +24,8 @@ use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat};
-use crate::show::progress;
+use crate::show::{progress, timings};
+use crate::timings::Laps;
 
 /// Make a system run as its profile says, and wait until it does
 ///
@@ -43,6 +45,9 @@ pub struct Args {
     /// What must be true.
     #[command(flatten)]
     expect: ExpectArgs,
+    /// Show where the time went: what was waited for, in rtsctl, the controller and the agents
+    #[arg(long, conflicts_with = "dry_run")]
+    timings: bool,
     /// Only print what `rtsctl plan` prints; starts nothing
     #[arg(long)]
     dry_run: bool,
@@ -56,10 +61,30 @@ pub struct Args {
 
 /// Applies and follows until everything runs.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
+    let mut laps = Laps::default();
+    let timings = args.timings;
+    let outcome = apply(args, session, &mut laps).await;
+    if !timings || laps.is_empty() {
+        return outcome;
+    }
+    match tell_timings(laps, session).await {
+        // Of two errors the first one matters.
+        Err(e) if outcome.is_ok() => Err(e),
+        _ => outcome,
+    }
+}
+
+async fn tell_timings(laps: Laps, session: &Session) -> Result<(), CliError> {
+    let text = laps.text(&session.connect().await?).await?;
+    session.out.result(&text)
+}
+
+async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, CliError> {
     let (input, saved) = match args.input.load_any(&session.out)? {
         Source::System(input) => (*input, None),
         Source::Saved(saved) => (Input::saved(&saved), Some(saved)),
     };
+    laps.lap("read files");
     if args.dry_run {
         return dry_run(&input, &args, session).await;
     }
@@ -68,26 +93,49 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Some(_) => session.connect().await?,
         None => session.connect_or_start().await?,
     };
+    laps.lap("connect");
     let start = Instant::now();
     let plan = match saved {
-        Some(saved) => saved.result(),
-        None => planned(&input, &controller).await?,
+        Some(saved) => Some(saved.result()),
+        None if args.expect.is_any() => Some(planned(&input, &controller).await?),
+        // The answer to the apply tells it.
+        None => None,
     };
-    let checked = args.expect.check(&input, &plan);
+    if let Some(plan) = &plan {
+        laps.lap(timings::PLAN);
+        expected(&args.expect, &input, plan, session)?;
+    }
+    let input = args.expect.added(input);
+    let result = put(&input, &controller).await?;
+    accepted(
+        &input,
+        plan.as_ref().map_or(&result.plan, |plan| &plan.plan),
+        session,
+    );
+    laps.lap(timings::APPLY);
+    let outcome = follow(result, start, args.timeout, &controller, session).await;
+    laps.lap(timings::FOLLOW);
+    outcome
+}
+
+/// Checks a plan; one that is refused is shown.
+fn expected(
+    expect: &ExpectArgs,
+    input: &Input,
+    plan: &PlanResult,
+    session: &Session,
+) -> Result<(), CliError> {
+    let checked = expect.check(input, plan);
     if let Err(CliError::WouldRestart { .. }) = checked {
         plan::tell_refused(&plan.plan, &input.request.spec, &session.out);
     }
-    checked?;
-    let input = args.expect.added(input);
-    let result = put(&input, &controller).await?;
-    accepted(&input, &plan, session);
-    follow(result, start, args.timeout, &controller, session).await
+    checked
 }
 
 /// Says what it means that the controller does what was planned.
-fn accepted(input: &Input, plan: &PlanResult, session: &Session) {
+fn accepted(input: &Input, plan: &Plan, session: &Session) {
     let request = &input.request;
-    plan::tell(&plan.plan, &request.spec, &session.out);
+    plan::tell(plan, &request.spec, &session.out);
     if !request.targets.is_empty() {
         let targets = request.targets.join(", ");
         let text = format!("note: only {targets} was applied; the rest stays as it is stored");

@@ -98,6 +98,11 @@ pub(super) async fn show(
 }
 
 impl ExpectArgs {
+    /// Something is expected.
+    pub fn is_any(&self) -> bool {
+        self.check_index.is_some() || self.no_restart
+    }
+
     /// Fails if a plan is not as expected.
     pub fn check(&self, input: &Input, result: &PlanResult) -> Result<(), CliError> {
         let spec = &input.request.spec;

@@ -16,3 +16,4 @@ pub mod simulated;
 pub mod size;
 pub mod stream;
 pub mod table;
+pub mod timings;

@@ -6,7 +6,7 @@ use futures_util::stream;
 use reqwest::{Body, Method};
 use rts_agent_api::messages::{
     ActRequest, Acted, CreateByHand, CreatedByHand, Factory, InjectLine, InjectQuery, Injected,
-    LogQuery, ModuleRequest,
+    LogQuery, ModuleRequest, Timings, TimingsQuery, micros,
 };
 use rts_http::client::{Client, segment};
 use rts_http::lines::Lines;
@@ -150,6 +150,15 @@ impl Controller {
     pub async fn node(&self, name: &str) -> Result<Node, ClientError> {
         let path = paths::NODE.replace("{name}", &segment(name));
         self.http.get(&path).await
+    }
+
+    /// Where the time went within the last `age`.
+    pub async fn timings(&self, age: Duration) -> Result<Timings, ClientError> {
+        let query = TimingsQuery {
+            micros: micros(age),
+        };
+        let request = self.http.request(Method::GET, paths::TIMINGS);
+        self.http.json(request.query(&query)).await
     }
 
     /// The whole store as one document, byte by byte as it is to be kept.

@@ -18,6 +18,9 @@ pub const NODE: &str = "/v1/nodes/{name}";
 pub const NODE_ADOPT: &str = "/v1/nodes/{node}/adopt";
 /// `POST` ([`crate::requests::TakeOver`]): this controller's set replaces what a node runs for another.
 pub const NODE_TAKE_OVER: &str = "/v1/nodes/{node}/take-over";
+/// `GET`, query [`rts_agent_api::messages::TimingsQuery`]: [`rts_agent_api::messages::Timings`] of this program and all
+/// nodes.
+pub const TIMINGS: &str = "/v1/timings";
 /// `GET`: the whole store as one document.
 pub const BACKUP: &str = "/v1/backup";
 /// `GET`: a component at its stable address.

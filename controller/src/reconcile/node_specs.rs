@@ -6,8 +6,10 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_host::timing::TARGET;
 use rts_plan::Placed;
 use rts_plan::desired::{Desired, NodeSpec};
+use tracing::{Instrument, info_span};
 
 use crate::admit;
 use crate::core::Core;
@@ -191,7 +193,8 @@ impl NodeSpecs {
             given.epoch = epoch;
             given.digest.clone_from(&digest);
             let put = self.core.store.put_node(node.to_owned(), given.clone());
-            put.await.map_err(|e| crate::chain(&e))?;
+            let span = info_span!(target: TARGET, "store", of = format!("node/{node}"));
+            put.instrument(span).await.map_err(|e| crate::chain(&e))?;
             let mut registry = self.core.registry();
             registry.nodes.insert(node.to_owned(), given.clone());
         }
@@ -217,6 +220,8 @@ impl NodeSpecs {
 /// Sends one node's spec and waits until its agent has stored it, or is lost.
 async fn put(core: &Core, sending: Sending) -> (Sending, Result<(), String>) {
     let stored = sending.agent.put_node_spec(&sending.envelope);
+    let span = info_span!(target: TARGET, "send", of = format!("node/{}", sending.node));
+    let stored = stored.instrument(span);
     let stored = tokio::time::timeout(DEADLINE, stored);
     let stored = core
         .sessions

@@ -5,10 +5,12 @@ use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use rts_agent_api::messages::{Seen, StepOutcome};
+use rts_host::timing::TARGET;
 use rts_plan::plan::Plan;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
+use tracing::{Instrument, info_span};
 
 use super::by_system::by_system;
 use super::node_specs::NodeSpecs;
@@ -216,7 +218,9 @@ impl Runs {
             };
             run.show(&[], &BTreeMap::new());
             let left = Arc::clone(&run.left);
-            let task = self.tasks.spawn(run.carry_out());
+            let steps = run.plan.steps.len();
+            let span = info_span!(target: TARGET, "run", of = format!("{steps} steps"));
+            let task = self.tasks.spawn(run.carry_out().instrument(span));
             self.slots.take(key, task, left);
         }
     }

@@ -132,6 +132,7 @@ fn every_path_of_the_api_is_described() {
         paths::NODE_ADOPT,
         paths::NODE_TAKE_OVER,
         paths::BACKUP,
+        paths::TIMINGS,
         paths::COMPONENT,
         paths::COMPONENT_LOG,
         paths::CONNECTOR,

@@ -1,4 +1,4 @@
-//! Whole systems as OpenRTM tools wrote them: ten components and ten connectors, with stand-ins for all of them.
+//! Whole systems as OpenRTM tools wrote them: ten components and ten connectors, with stand-ins where there is no module.
 
 use std::path::{Path, PathBuf};
 
