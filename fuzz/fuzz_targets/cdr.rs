@@ -27,9 +27,15 @@ fuzz_target!(|bytes: &[u8]| {
     let r#type = Choices { bytes: choices, plain: false }.r#type(&mut unit, DEPTH);
     let endian = [Endian::Little, Endian::Big][usize::from(*order % 2)];
     let read = counting::bounded(bytes, |bytes| cdr::decode(&unit, &r#type, bytes, endian));
+    let mut turned = bytes.to_vec();
+    let turning = cdr::swap(&unit, &r#type, &mut turned, endian);
     let Ok(value) = read else {
         return;
     };
+    turning.expect("what was read can be turned");
+    let other = [Endian::Big, Endian::Little][usize::from(*order % 2)];
+    cdr::swap(&unit, &r#type, &mut turned, other).expect("what was turned can be turned back");
+    assert_eq!(turned, bytes);
     let encode = |value: &Value| cdr::encode(&unit, &r#type, value, endian).expect("what was read can be written");
     let written = encode(&value);
     let back = cdr::decode(&unit, &r#type, &written, endian).expect("its own bytes are read");

@@ -2,18 +2,24 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rts_transport::frame::{Decoder, Malformed, Message};
+use rts_transport::frame::{Decoder, Framing, Malformed, Message};
 
 fuzz_target!(|input: (u16, &[u8])| {
     let (piece, bytes) = input;
-    let whole = read(bytes, usize::MAX);
-    let pieces = read(bytes, usize::from(piece) + 1);
-    assert_eq!(whole, pieces);
+    for framing in [Framing::Timed, Framing::Plain] {
+        let whole = read(bytes, usize::MAX, framing);
+        let pieces = read(bytes, usize::from(piece) + 1, framing);
+        assert_eq!(whole, pieces);
+    }
 });
 
 /// All messages, and what ended them.
-fn read(mut bytes: &[u8], piece: usize) -> (Vec<Message>, Option<Malformed>) {
-    let (mut decoder, mut messages) = (Decoder::default(), Vec::new());
+fn read(
+    mut bytes: &[u8],
+    piece: usize,
+    framing: Framing,
+) -> (Vec<Message>, Option<Malformed>) {
+    let (mut decoder, mut messages) = (Decoder::new(framing), Vec::new());
     loop {
         match decoder.message() {
             Ok(Some(message)) => messages.push(message),

@@ -219,3 +219,23 @@ pub fn segment(text: &str) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_without_a_path_is_to_be_upgraded_and_other_refusals_stay() {
+        let path = "/v1/components/A/ports/out/samples";
+        let error = |detail: &str| ClientError::from(Problem::not_found(detail));
+        let lacks = error(&format!("the agent has no {path}")).or_upgrade("agent", path);
+        assert_eq!(
+            lacks.to_string(),
+            format!(
+                "the agent is of an older version, which has no {path}: upgrade it, and start it again"
+            )
+        );
+        let absent = error("node local has no component A").or_upgrade("agent", path);
+        assert_eq!(absent.to_string(), "node local has no component A");
+    }
+}

@@ -196,13 +196,19 @@ pub fn manager_name(text: &str) -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
 }
 
+/// True for what a terminal obeys instead of showing it: control characters, and those that turn the direction of writing.
+pub fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// Why a text cannot be an instance, type or port name; `None` when it can.
 pub fn name_fault(text: &str) -> Option<&'static str> {
     if text.trim().is_empty() {
         Some("it is empty")
     } else if text.len() > NAME_LIMIT {
         Some("it is longer than 128 bytes")
-    } else if text.chars().any(char::is_control) {
+    } else if text.chars().any(is_hidden) {
         Some("it has a control character")
     } else if text.contains('/') {
         Some("it has a `/`")
@@ -218,7 +224,7 @@ pub fn name_fault(text: &str) -> Option<&'static str> {
 pub fn connector_name_fault(text: &str) -> Option<&'static str> {
     if text.trim().is_empty() {
         Some("it is empty")
-    } else if text.chars().any(char::is_control) {
+    } else if text.chars().any(is_hidden) {
         Some("it has a control character")
     } else if text.contains('/') {
         Some("it has a `/`")

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::{self, Write};
 
 use jiff::Timestamp;
+use rts_schemas::names::is_hidden;
 
 /// Longest line in bytes, line end included.
 pub const MAX_LINE: usize = 8 * 1024;
@@ -53,7 +54,7 @@ pub fn line(time: Timestamp, level: Level, message: &str) -> String {
     let limit = MAX_LINE - CUT.len() - 1;
     for character in message.chars() {
         let before = line.len();
-        if character.is_control() && character != '\t' {
+        if is_hidden(character) && character != '\t' {
             line.extend(character.escape_default());
         } else {
             line.push(character);
@@ -114,8 +115,8 @@ mod tests {
     #[test]
     fn a_message_stays_on_one_line() {
         assert_eq!(
-            at("a\nb\r\u{1b}[31m\tc"),
-            "2026-11-22T01:02:03.456Z INFO a\\nb\\r\\u{1b}[31m\tc\n"
+            at("a\nb\r\u{1b}[31m\tc\u{202e}"),
+            "2026-11-22T01:02:03.456Z INFO a\\nb\\r\\u{1b}[31m\tc\\u{202e}\n"
         );
     }
 

@@ -3,6 +3,7 @@
 #![allow(unsafe_code)]
 
 use rts_runtime::abi::Text;
+use rts_schemas::names::is_hidden;
 
 /// What is wrong with a text of a module.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,6 +63,21 @@ pub unsafe fn bytes<'a>(text: Text, limit: usize) -> Option<&'a [u8]> {
     }
 }
 
+/// A text of a component as one line that a terminal shows and does not obey: line ends and tabs are blanks, other hidden
+/// characters are escaped.
+pub fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    for c in text.trim().chars() {
+        match c {
+            '\n' | '\r' | '\t' if line.ends_with(' ') => {}
+            '\n' | '\r' | '\t' => line.push(' '),
+            c if is_hidden(c) => line.extend(c.escape_unicode()),
+            c => line.push(c),
+        }
+    }
+    line
+}
+
 /// Lends a text to a module.
 pub fn lend(text: &str) -> Text {
     Text {
@@ -73,6 +89,14 @@ pub fn lend(text: &str) -> Text {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_of_a_component_is_one_line_without_commands_to_a_terminal() {
+        let told = "RED\r\nFilter0 Active fake\r\u{1b}[31m a\t b \u{202e}c\n";
+        let line = r"RED Filter0 Active fake \u{1b}[31m a  b \u{202e}c";
+        assert_eq!(one_line(told), line);
+        assert_eq!(one_line("モータが 熱い — 80 °C"), "モータが 熱い — 80 °C");
+    }
 
     #[test]
     fn bad_texts_are_refused() {

@@ -411,3 +411,17 @@ fn a_module_is_described_without_a_manager() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("not `Other`"), "{error}");
 }
+
+#[test]
+fn a_module_that_hangs_is_not_described_for_ever() {
+    let output = std::process::Command::new(built("manager"))
+        .args(["--type", "Testmod", "--describe"])
+        .arg(built("libtestmod.so"))
+        .env("TESTMOD_INIT_MS", "600000")
+        .output()
+        .expect("it ends");
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8(output.stderr).unwrap();
+    let why = "libtestmod.so was not described within 10 s: an initialiser of the library hangs\n";
+    assert!(error.ends_with(why), "{error}");
+}

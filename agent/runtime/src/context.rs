@@ -177,8 +177,15 @@ impl<'h> Context<'h> {
         }
         // SAFETY: on OK the host lends the sample until the next read of this port, which cannot happen before
         // `decode` returns, as it has no access to this context.
-        let (found, bytes) = unsafe { (text::read(sample.type_id), bytes(&sample)) };
-        if found != type_id || sample.encoding != abi::ENCODING_CDR_LE {
+        let (found, bytes) = unsafe {
+            let bytes = abi::Text {
+                data: sample.data,
+                len: sample.len,
+            };
+            (text::bytes(sample.type_id), text::bytes(bytes))
+        };
+        if found != type_id.as_bytes() || sample.encoding != abi::ENCODING_CDR_LE {
+            let found = String::from_utf8_lossy(found);
             return Err(RtcError::bad_parameter(format_args!(
                 "the sample is a {found} in encoding {}, expected {type_id} in encoding {}",
                 sample.encoding,
@@ -191,16 +198,6 @@ impl<'h> Context<'h> {
         })?;
         Ok(Some(value))
     }
-}
-
-/// # Safety
-/// `sample` must be as [`Buffer`] says for the time that the result is used.
-unsafe fn bytes(sample: &Buffer) -> &[u8] {
-    if sample.len == 0 || sample.data.is_null() {
-        return &[];
-    }
-    // SAFETY: not null and not empty, and the caller vouches for the rest.
-    unsafe { std::slice::from_raw_parts(sample.data, sample.len) }
 }
 
 /// A sample without bytes.

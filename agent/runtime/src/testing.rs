@@ -1,4 +1,5 @@
-//! A manager for unit tests: drives a component through the same C ABI as a real one, without threads or time.
+//! A manager for unit tests: drives a component through the same C ABI as a real one, without threads or time, and refuses
+//! what that refuses. It applies a component's own checks of values, not its constraints.
 //!
 //! ```ignore
 //! let mut host = TestHost::of::<Gain>()?;
@@ -23,11 +24,18 @@ use std::time::{Instant, SystemTime};
 
 use crate::abi::{self, Buffer, Host, Loan, Module, Text, callback, port_status, return_code};
 use crate::export::ModuleCell;
+use crate::sized;
 use crate::types::DataType;
 use crate::{Component, ReturnCode, text};
 
-/// Samples that a port's queue holds; the oldest is dropped, as in a manager.
-const QUEUE: usize = 1024;
+/// Samples that an in-port's queue holds; the oldest is dropped, as in a manager.
+const QUEUE: usize = 64;
+/// Written samples that are kept for [`TestHost::take`]; the oldest is dropped.
+const WRITTEN: usize = 1024;
+/// Longest sample, as in a manager.
+const MAX_SAMPLE: usize = 64 * 1024 * 1024;
+/// Most loans that are out at once, as in a manager.
+const MAX_LOANS: usize = 64;
 
 /// When the monotonic clock was first asked for.
 static START: OnceLock<Instant> = OnceLock::new();
@@ -61,14 +69,18 @@ pub struct TestHost {
 
 #[derive(Debug, Default)]
 struct State {
+    /// Of the in-ports: what was sent, and not read yet.
     queues: BTreeMap<u32, VecDeque<Sample>>,
     lent: BTreeMap<u32, Sample>,
+    /// Of the out-ports.
+    written: BTreeMap<u32, VecDeque<Sample>>,
     log: Vec<(u32, String)>,
     reason: String,
-    /// By token less one; those that were given back are none.
-    loans: Vec<Option<(u32, Vec<u64>)>>,
-    /// Type ids of the ports.
-    types: Vec<String>,
+    /// Those that are out, by their token: port, length and memory.
+    loans: BTreeMap<u64, (u32, usize, Vec<u64>)>,
+    last_loan: u64,
+    /// Directions and type ids of the ports.
+    ports: Vec<(u32, String)>,
     rate: f64,
 }
 
@@ -76,6 +88,7 @@ struct State {
 #[derive(Debug, Default)]
 struct Shared {
     state: RefCell<State>,
+    is_event_driven: bool,
     /// Any thread counts.
     woken: AtomicU64,
 }
@@ -101,15 +114,16 @@ impl TestHost {
     pub fn create(module: &'static Module) -> Result<Self, Failure> {
         let state = RefCell::new(State {
             // SAFETY: texts of a descriptor are static.
-            types: ports(module)
+            ports: ports(module)
                 .iter()
-                .map(|port| unsafe { text::read(port.type_id) })
+                .map(|port| (port.direction, unsafe { text::read(port.type_id) }))
                 .collect(),
             rate: module.default_rate,
             ..State::default()
         });
         let shared = Rc::new(Shared {
             state,
+            is_event_driven: module.execution_kind == abi::EXECUTION_EVENT_DRIVEN,
             woken: AtomicU64::new(0),
         });
         let host = Rc::new(Host {
@@ -158,12 +172,15 @@ impl TestHost {
 
     /// Calls one of [`abi::callback`].
     pub fn callback(&mut self, callback: u32) -> Result<(), Failure> {
+        if callback == callback::ON_ACTIVATED {
+            self.shared.state.borrow_mut().queues.clear();
+        }
         // SAFETY: the instance is alive.
         let code = unsafe { (self.module.callback)(self.instance, callback) };
         outcome(&self.shared.state, code)
     }
 
-    /// Calls `on_activated`.
+    /// Calls `on_activated`. What was sent before is forgotten, as in a manager.
     pub fn activate(&mut self) -> Result<(), Failure> {
         self.callback(callback::ON_ACTIVATED)
     }
@@ -199,7 +216,8 @@ impl TestHost {
             encoding: abi::ENCODING_CDR_LE,
             data: data.into(),
         };
-        self.shared.state.borrow_mut().push(port, sample);
+        let queues = &mut self.shared.state.borrow_mut().queues;
+        push(queues, port, sample, QUEUE);
     }
 
     /// Takes what was written to an out-port.
@@ -208,7 +226,7 @@ impl TestHost {
     /// When there is no such out-port, or it has another type.
     pub fn take<T: DataType>(&mut self, port: &str) -> Vec<T> {
         let port = self.port(port, abi::PORT_OUT);
-        let samples = self.shared.state.borrow_mut().queues.remove(&port);
+        let samples = self.shared.state.borrow_mut().written.remove(&port);
         let decode = |sample: Sample| {
             assert_eq!(sample.type_id, T::TYPE_ID, "type of the sample");
             T::decode(&sample.data).expect("a sample of this SDK")
@@ -272,18 +290,33 @@ impl Drop for TestHost {
 }
 
 impl State {
-    fn take_loan(&mut self, token: u64) -> Option<(u32, Vec<u64>)> {
-        let index = usize::try_from(token.checked_sub(1)?).ok()?;
-        self.loans.get_mut(index)?.take()
+    /// Whether there is a port with this number and direction.
+    fn is(&self, port: u32, direction: u32) -> bool {
+        let found = self.ports.get(port as usize);
+        found.is_some_and(|(found, _)| *found == direction)
     }
 
-    fn push(&mut self, port: u32, sample: Sample) {
-        let queue = self.queues.entry(port).or_default();
-        if queue.len() == QUEUE {
-            queue.pop_front();
-        }
-        queue.push_back(sample);
+    /// Keeps a sample that the component wrote.
+    fn keep(&mut self, port: u32, data: Vec<u8>) -> i32 {
+        let Some((abi::PORT_OUT, type_id)) = self.ports.get(port as usize) else {
+            return port_status::PORT_INVALID_ARGS;
+        };
+        let sample = Sample {
+            type_id: type_id.clone(),
+            encoding: abi::ENCODING_CDR_LE,
+            data,
+        };
+        push(&mut self.written, port, sample, WRITTEN);
+        port_status::PORT_OK
     }
+}
+
+fn push(queues: &mut BTreeMap<u32, VecDeque<Sample>>, port: u32, sample: Sample, limit: usize) {
+    let queue = queues.entry(port).or_default();
+    if queue.len() == limit {
+        queue.pop_front();
+    }
+    queue.push_back(sample);
 }
 
 fn ports(module: &'static Module) -> &'static [abi::Port] {
@@ -342,34 +375,45 @@ unsafe extern "C" fn rate(context: *mut c_void) -> f64 {
 }
 
 unsafe extern "C" fn wake(context: *mut c_void) -> i32 {
-    // SAFETY: as in `log`, but by any thread: nothing else is touched.
-    let woken = unsafe { &(*context.cast::<Shared>()).woken };
-    woken.fetch_add(1, Ordering::Relaxed);
+    // SAFETY: as in `log`, but by any thread: what is looked at does not change, or is atomic.
+    let shared = unsafe { &*context.cast::<Shared>() };
+    if !shared.is_event_driven {
+        return return_code::PRECONDITION_NOT_MET;
+    }
+    shared.woken.fetch_add(1, Ordering::Relaxed);
     return_code::OK
 }
 
 unsafe extern "C" fn write(context: *mut c_void, port: u32, sample: *const Buffer) -> i32 {
-    // SAFETY: a component passes the host's context and a sample that lives until the call returns.
-    let (state, sample) = unsafe {
-        let sample = &*sample;
-        let data = match sample.len {
-            0 => &[],
-            len => std::slice::from_raw_parts(sample.data, len),
+    // SAFETY: a component passes the host's context, and a sample that is null or lives until the call returns.
+    unsafe {
+        let Ok(sample) = sized::read(sample) else {
+            return port_status::PORT_INVALID_ARGS;
         };
-        let sample = Sample {
-            type_id: text::read(sample.type_id),
-            encoding: sample.encoding,
-            data: data.into(),
+        let data = Text {
+            data: sample.data,
+            len: sample.len,
         };
-        (state(context), sample)
-    };
-    state.borrow_mut().push(port, sample);
-    port_status::PORT_OK
+        let mut state = state(context).borrow_mut();
+        let declared = state.ports.get(port as usize);
+        let is_its_type =
+            declared.is_some_and(|(_, it)| it.as_bytes() == text::bytes(sample.type_id));
+        if !is_its_type || sample.encoding != abi::ENCODING_CDR_LE || sample.len > MAX_SAMPLE {
+            return port_status::PORT_INVALID_ARGS;
+        }
+        state.keep(port, text::bytes(data).to_vec())
+    }
 }
 
 unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) -> i32 {
-    // SAFETY: a component passes the host's context.
-    let mut state = unsafe { state(context) }.borrow_mut();
+    // SAFETY: a component passes the host's context, and a place that is null or can be written to.
+    let (mut state, is_usable) = unsafe {
+        let is_usable = sized::size(sample.cast_const()).is_ok();
+        (state(context).borrow_mut(), is_usable)
+    };
+    if !is_usable || !state.is(port, abi::PORT_IN) {
+        return port_status::PORT_INVALID_ARGS;
+    }
     let Some(next) = state.queues.get_mut(&port).and_then(VecDeque::pop_front) else {
         return port_status::PORT_BUFFER_EMPTY;
     };
@@ -384,58 +428,59 @@ unsafe extern "C" fn read(context: *mut c_void, port: u32, sample: *mut Buffer) 
     };
     // Moving a sample does not move its bytes.
     state.lent.insert(port, next);
-    // SAFETY: a component passes a place to write to.
-    unsafe { *sample = buffer };
-    port_status::PORT_OK
+    // SAFETY: as above.
+    let filled = unsafe { sized::fill(sample, &buffer) };
+    filled.map_or(port_status::PORT_INVALID_ARGS, |()| port_status::PORT_OK)
 }
 
 unsafe extern "C" fn is_new(context: *mut c_void, port: u32) -> i32 {
     // SAFETY: as in `log`.
     let state = unsafe { state(context) }.borrow();
-    state
-        .queues
-        .get(&port)
-        .is_some_and(|queue| !queue.is_empty()) as i32
+    let queue = state.queues.get(&port);
+    queue.is_some_and(|queue| !queue.is_empty()).into()
 }
 
 unsafe extern "C" fn loan(context: *mut c_void, port: u32, len: usize, loan: *mut Loan) -> i32 {
-    // SAFETY: as in `log`.
-    let mut state = unsafe { state(context) }.borrow_mut();
+    // SAFETY: a component passes the host's context, and a place that is null or can be written to.
+    let (mut state, is_usable) = unsafe {
+        let is_usable = sized::size(loan.cast_const()).is_ok();
+        (state(context).borrow_mut(), is_usable)
+    };
+    if !is_usable || !state.is(port, abi::PORT_OUT) || len > MAX_SAMPLE {
+        return port_status::PORT_INVALID_ARGS;
+    }
+    if state.loans.len() == MAX_LOANS {
+        return port_status::PORT_BUFFER_FULL;
+    }
+    state.last_loan += 1;
+    let token = state.last_loan;
     let mut words = vec![0_u64; len.div_ceil(8)];
     let lent = Loan {
         abi_version: abi::ABI_VERSION,
         size: size_of::<Loan>() as u32,
-        token: state.loans.len() as u64 + 1,
+        token,
         data: words.as_mut_ptr().cast(),
         len,
     };
-    state.loans.push(Some((port, words)));
-    // SAFETY: a component passes a place to write to.
-    unsafe { *loan = lent };
-    port_status::PORT_OK
+    state.loans.insert(token, (port, len, words));
+    // SAFETY: as above.
+    let filled = unsafe { sized::fill(loan, &lent) };
+    filled.map_or(port_status::PORT_INVALID_ARGS, |()| port_status::PORT_OK)
 }
 
 unsafe extern "C" fn publish(context: *mut c_void, token: u64, len: usize) -> i32 {
     // SAFETY: as in `log`.
     let mut state = unsafe { state(context) }.borrow_mut();
-    let Some((port, words)) = state.take_loan(token) else {
-        return port_status::PORT_INVALID_ARGS;
-    };
-    let bytes: Vec<u8> = words
-        .into_iter()
-        .flat_map(u64::to_ne_bytes)
-        .take(len)
-        .collect();
-    let sample = Sample {
-        type_id: state.types.get(port as usize).cloned().unwrap_or_default(),
-        encoding: abi::ENCODING_CDR_LE,
-        data: bytes,
-    };
-    state.push(port, sample);
-    port_status::PORT_OK
+    match state.loans.remove(&token) {
+        Some((port, room, words)) if len <= room => {
+            let bytes = words.into_iter().flat_map(u64::to_ne_bytes).take(len);
+            state.keep(port, bytes.collect())
+        }
+        _ => port_status::PORT_INVALID_ARGS,
+    }
 }
 
 unsafe extern "C" fn discard(context: *mut c_void, token: u64) {
     // SAFETY: as in `log`.
-    unsafe { state(context) }.borrow_mut().take_loan(token);
+    unsafe { state(context) }.borrow_mut().loans.remove(&token);
 }

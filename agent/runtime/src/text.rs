@@ -17,10 +17,18 @@ pub(crate) fn lend(text: &str) -> Text {
 /// # Safety
 /// `text` must be as [`Text`] says for the time of the call.
 pub(crate) unsafe fn read(text: Text) -> String {
+    // SAFETY: the caller vouches for the text.
+    String::from_utf8_lossy(unsafe { bytes(text) }).into_owned()
+}
+
+/// The bytes of a text of the other side.
+///
+/// # Safety
+/// `text` must be as [`Text`] says for the time that the result is used.
+pub(crate) unsafe fn bytes<'a>(text: Text) -> &'a [u8] {
     if text.len == 0 || text.data.is_null() {
-        return String::new();
+        return &[];
     }
     // SAFETY: not null and not empty, and the caller vouches for the rest.
-    let bytes = unsafe { std::slice::from_raw_parts(text.data, text.len) };
-    String::from_utf8_lossy(bytes).into_owned()
+    unsafe { std::slice::from_raw_parts(text.data, text.len) }
 }

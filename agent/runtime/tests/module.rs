@@ -4,6 +4,8 @@
 
 #[path = "module/header.rs"]
 mod header;
+#[path = "module/test_host.rs"]
+mod test_host;
 
 use std::ptr;
 use std::sync::Mutex;

@@ -288,6 +288,21 @@ fn generated_types_have_the_bytes_of_their_idl() {
 }
 
 #[test]
+fn a_type_may_be_called_as_one_of_rust_is() {
+    use lab::Lab::Primitives::{bool_::isize_, i32_, str_, u8_, u64_};
+
+    assert_eq!(str_::TYPE_ID, "IDL:Lab/Primitives/str:1.0");
+    assert_eq!(u64_::default(), u64_::A);
+    let text = str_ { value: "a".into() };
+    same(text.clone(), &[2, 0, 0, 0, b'a', 0]);
+    let it = i32_::list(vec![u8_ { value: 9, text }]);
+    same(
+        isize_ { it, yes: true },
+        &[1, 0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 2, 0, 0, 0, b'a', 0, 1],
+    );
+}
+
+#[test]
 fn wide_and_raw_members_are_those_of_the_runtime() {
     let wide = lab::Lab::Wide {
         letter: lab::Lab::SIGN.into(),

@@ -15,8 +15,7 @@ use rts_agent_api::paths;
 use rts_http::lines::{Lines, MAX_LINE};
 use rts_http::problem::Problem;
 use rts_http::server::{Json, Principal};
-use rts_manager_api::tap::MAX_SAMPLE;
-use rts_manager_api::tap::{TapEnd, TapWay};
+use rts_manager_api::tap::{MAX_SAMPLE, TapEnd, TapWay};
 
 use super::{Answer, Shared};
 use crate::tap::{Came, Reader, Tap};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rts_controller_api::objects::Component;
 use rts_schemas::suggest;
 
-use super::lists::escaped;
+use super::lists::{escaped, readable};
 use super::table::Table;
 use crate::error::CliError;
 
@@ -35,8 +35,8 @@ pub fn table(component: &Component, only: Option<&str>) -> Table {
             table.row([
                 format!("{}{}", escaped(set), mark(component, set)),
                 escaped(key),
-                value.map(|value| escaped(value)).unwrap_or_default(),
-                want.map(|want| escaped(want)).unwrap_or_default(),
+                value.map(|value| readable(value)).unwrap_or_default(),
+                want.map(|want| readable(want)).unwrap_or_default(),
             ]);
         }
     }
@@ -158,12 +158,12 @@ mod tests {
     fn what_is_stands_beside_what_is_wanted() {
         let text = table(&component(), None).render(true, false);
         insta::assert_snapshot!(text, @r"
-        SET           PARAMETER  VALUE        WANTED
-        default       alpha      0.5          0.1
-        default       gain       1.0          -
-        default       title      left\x20arm  -
-        fast*         gain       9            -
-        slow(wanted)  gain       -            0.1
+        SET           PARAMETER  VALUE     WANTED
+        default       alpha      0.5       0.1
+        default       gain       1.0       -
+        default       title      left arm  -
+        fast*         gain       9         -
+        slow(wanted)  gain       -         0.1
         ");
         assert_eq!(table(&component(), Some("fast")).rows.len(), 1);
     }

@@ -5,6 +5,7 @@ use rts_controller_api::objects::{
     Component, Connector, Event, Kind, Latency, Manager, Node, System,
 };
 use rts_plan::observed::{DurationsObserved, RealtimeObserved, TimingObserved};
+use rts_schemas::names::is_hidden;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -283,7 +284,7 @@ fn drifted(drift: bool, fields: &[String]) -> String {
 pub fn escaped(text: &str) -> String {
     let mut cell = String::new();
     for c in text.chars() {
-        if !c.is_whitespace() && !c.is_control() {
+        if !c.is_whitespace() && !is_hidden(c) {
             cell.push(c);
         } else if c.is_ascii() {
             cell.push_str(&format!("\\x{:02x}", u32::from(c)));
@@ -292,6 +293,18 @@ pub fn escaped(text: &str) -> String {
         }
     }
     cell
+}
+
+/// A value as a person wrote it: single blanks between words stay (`1.0, 2.0`), as columns are two apart.
+pub fn readable(text: &str) -> String {
+    let words: Vec<_> = text.split(' ').collect();
+    match words.iter().any(|word| word.is_empty()) {
+        true => escaped(text),
+        false => {
+            let words: Vec<_> = words.into_iter().map(escaped).collect();
+            words.join(" ")
+        }
+    }
 }
 
 /// Sentences of components may have several lines; a row has one.
@@ -348,6 +361,12 @@ mod tests {
         assert_eq!(escaped("My Sine"), r"My\x20Sine");
         assert_eq!(escaped("左\u{3000}腕"), r"左\u{3000}腕");
         assert_eq!(escaped("50%"), "50%");
+        assert_eq!(escaped("a\u{202e}b"), r"a\u{202e}b");
+        assert_eq!(readable("1.0, 2.0"), "1.0, 2.0");
+        assert_eq!(readable("a\rb \u{1b}[m"), r"a\x0db \x1b[m");
+        assert_eq!(readable(" a"), r"\x20a");
+        assert_eq!(readable("a  b"), r"a\x20\x20b");
+        assert_eq!(readable(""), "");
         assert_eq!(one_line("a\n  b"), "a b");
     }
 

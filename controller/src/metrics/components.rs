@@ -85,17 +85,28 @@ fn labels(component: &Component) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rts_controller_api::objects::{ComponentStatus, ComponentView, Kind, Metadata};
 
     #[test]
     fn each_component_that_has_run_has_its_times() {
         let durations = |median: u64| serde_json::json!({"count": 4, "median": median, "p99": 2 * median, "max": 3 * median, "buckets": []});
-        let component = |name: &str, timing: serde_json::Value| -> Component {
-            serde_json::from_value(serde_json::json!({
-                "apiVersion": "", "kind": "Component", "metadata": {"name": name},
-                "spec": {"system": "hello", "type": "T", "required": true},
-                "status": {"node": "local", "state": "Active", "executions": 7, "timing": timing},
-            }))
-            .unwrap()
+        let component = |name: &str, timing: serde_json::Value| Component {
+            api_version: String::new(),
+            kind: Kind::Component,
+            metadata: Metadata {
+                name: name.to_owned(),
+                ..Metadata::default()
+            },
+            spec: ComponentView {
+                system: "hello".to_owned(),
+                ..ComponentView::default()
+            },
+            status: ComponentStatus {
+                node: "local".to_owned(),
+                executions: 7,
+                timing: serde_json::from_value(timing).unwrap(),
+                ..ComponentStatus::default()
+            },
         };
         let periodic = serde_json::json!({"overruns": 2, "execution": durations(1_000), "jitter": durations(50_000)});
         let event_driven = serde_json::json!({"overruns": 0, "execution": durations(300)});

@@ -25,9 +25,17 @@ impl Beside {
         drop(self.0.stdin.take());
         let (mut out, mut err) = (String::new(), String::new());
         let pipes = (self.0.stdout.take(), self.0.stderr.take());
-        pipes.0.unwrap().read_to_string(&mut out).unwrap();
-        pipes.1.unwrap().read_to_string(&mut err).unwrap();
-        let code = self.0.wait().unwrap().code().unwrap_or(-1);
+        pipes
+            .0
+            .expect("it is there")
+            .read_to_string(&mut out)
+            .expect("it is there");
+        pipes
+            .1
+            .expect("it is there")
+            .read_to_string(&mut err)
+            .expect("it is there");
+        let code = self.0.wait().expect("it is there").code().unwrap_or(-1);
         (code, out, err)
     }
 
@@ -41,8 +49,8 @@ impl Beside {
     }
 
     fn killed(mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
+        self.0.kill().expect("it is there");
+        self.0.wait().expect("it is there");
     }
 }
 
@@ -58,7 +66,7 @@ fn taps(managers: &[Value]) -> Vec<(String, String)> {
     let all = managers
         .iter()
         .filter_map(|m| m["status"]["taps"].as_array());
-    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let text = |value: &Value| value.as_str().expect("it is there").to_owned();
     all.flatten()
         .map(|tap| (text(&tap["port"]), text(&tap["way"])))
         .collect()
@@ -96,9 +104,9 @@ fn values(count: u64) -> Vec<Value> {
 #[track_caller]
 fn inject(stack: &Stack, port: &str, values: &[Value]) {
     let mut child = Beside::start(stack, &["port", "inject", port, "--timeout", "60s"]);
-    let mut stdin = child.0.stdin.take().unwrap();
+    let mut stdin = child.0.stdin.take().expect("it is there");
     for value in values {
-        writeln!(stdin, "{value}").unwrap();
+        writeln!(stdin, "{value}").expect("it is there");
     }
     drop(stdin);
     let (code, out, err) = child.ends();
@@ -249,6 +257,29 @@ fn nothing_is_left_of_who_looks_when_anybody_is_killed() {
         }
         assert_eq!(after["status"]["state"], "Active");
     }
+
+    // What is looked at is not slowed down.
+    let print = Beside::start(&stack, &["port", "print", "Sine0.out"]);
+    tapped(&stack, "Sine0.out", "print");
+    let said = stack.expect(0, &["top", "-o", "json", "--system", "hello"]);
+    let top: Value = serde_json::from_str(&said.out).unwrap();
+    let each = |kind: &str, key: &str| {
+        let items = top[kind].as_array().unwrap().clone();
+        items
+            .into_iter()
+            .map(|item| item[key].as_f64())
+            .collect::<Vec<_>>()
+    };
+    for (kind, key, count) in [
+        ("components", "reachedHz", 3),
+        ("connectors", "samplesPerSecond", 2),
+        ("managers", "memoryBytes", 2),
+    ] {
+        let values = each(kind, key);
+        assert_eq!(values.len(), count, "{top}");
+        assert!(values.iter().all(|value| *value > Some(0.0)), "{top}");
+    }
+    print.killed();
 
     // A reader that wants no more ends it without a word; Ctrl-C ends it as it ends all.
     let print = Beside::start(&stack, &["port", "print", "Sine0.out"]);

@@ -15,7 +15,7 @@ use super::{Busy, Component};
 use crate::module::{Code, Functions};
 use crate::stand_in::StandIn;
 use crate::sync::lock;
-use crate::text::lend;
+use crate::text::{lend, one_line};
 
 /// An instance. Stays on the thread that made it; freed on drop.
 pub struct Instance {
@@ -154,6 +154,8 @@ fn check(what: &str, code: i32, host: &Host) -> Result<(), CallFailed> {
         Some(reason) => format!("{what}: {reason}"),
         None => format!("{what} returned {}", code_name(code)),
     };
+    // From here it goes to logs, events and terminals.
+    let message = one_line(&message);
     Err(CallFailed { code, message })
 }
 

@@ -13,6 +13,8 @@ use super::parameters::parameters;
 use super::{Code, Direction, Execution, Functions, Module, Port};
 use crate::text::{self, TextError};
 use rts_manager_api::control::PortInfo;
+use rts_schemas::names::{is_hidden, name_fault};
+use rts_schemas::system::rate_problem;
 
 const MAX_NAME: usize = 256;
 const MAX_VALUE: usize = 64 * 1024;
@@ -69,8 +71,14 @@ pub enum DescriptorError {
     #[error("its port `{0}` has the unknown direction {1}")]
     Direction(String, u32),
     /// Not a rate.
-    #[error("its default rate {0} Hz is not a positive number")]
-    Rate(f64),
+    #[error("its default rate {0:?} Hz is refused: {1}")]
+    Rate(f64, String),
+    /// Not a name, shown with what is hidden in it.
+    #[error("{0} is \"{1}\", which is refused: {2}")]
+    Name(String, String, &'static str),
+    /// Callbacks that are none.
+    #[error("its actions are {0:#x}, and this version knows no more than {known:#x}", known = abi::ALL_ACTIONS)]
+    Actions(u32),
     /// Not the type that was asked for.
     #[error("it holds the type `{found}`, not `{expected}`")]
     Type {
@@ -100,8 +108,11 @@ pub unsafe fn describe(
                 expected: type_name.to_owned(),
             });
         }
-        if !(module.default_rate.is_finite() && module.default_rate > 0.0) {
-            return Err(DescriptorError::Rate(module.default_rate));
+        if let Some(problem) = rate_problem(module.default_rate) {
+            return Err(DescriptorError::Rate(module.default_rate, problem));
+        }
+        if module.actions & !abi::ALL_ACTIONS != 0 {
+            return Err(DescriptorError::Actions(module.actions));
         }
         let parameters = parameters(module)?;
         Ok(Module {
@@ -126,10 +137,10 @@ pub unsafe fn describe(
                 configure: module.configure,
             }),
             texts: [
-                text("its vendor", module.vendor)?,
-                text("its category", module.category)?,
-                text("its version", module.version)?,
-                text("its description", module.description)?,
+                line("its vendor", module.vendor)?,
+                line("its category", module.category)?,
+                line("its version", module.version)?,
+                line("its description", module.description)?,
             ],
         })
     }
@@ -188,7 +199,7 @@ unsafe fn ports(module: &abi::Module) -> Result<Vec<Port>, DescriptorError> {
     for (index, port) in list.iter().enumerate() {
         // SAFETY: texts of a descriptor live as long as the process.
         let (name, data_type) = unsafe {
-            let name = name(&format!("the name of port {index}"), port.name)?;
+            let name = port_name(&format!("the name of port {index}"), port.name)?;
             let data_type = self::name(&format!("the type of port `{name}`"), port.type_id)?;
             (name, data_type)
         };
@@ -217,7 +228,7 @@ unsafe fn services(module: &abi::Module) -> Result<Vec<PortInfo>, DescriptorErro
     for (index, service) in list.iter().enumerate() {
         // SAFETY: texts of a descriptor live as long as the process.
         let (port, interface) = unsafe {
-            let port = name(&format!("the port of service {index}"), service.port)?;
+            let port = port_name(&format!("the port of service {index}"), service.port)?;
             let interface = name(
                 &format!("the interface of service port `{port}`"),
                 service.interface_id,
@@ -254,7 +265,40 @@ pub(super) unsafe fn name(what: &str, text: abi::Text) -> Result<String, Descrip
     if name.is_empty() {
         return Err(DescriptorError::Empty(what.to_owned()));
     }
+    match name.chars().any(is_hidden) {
+        true => Err(refused(what, &name, "it has a control character")),
+        false => Ok(name),
+    }
+}
+
+/// Copies the name of a port, which `Instance.port` must be able to name.
+///
+/// # Safety
+/// As [`text::read`].
+unsafe fn port_name(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
+    // SAFETY: the caller vouches for the text.
+    let name = unsafe { name(what, text) }?;
+    let fault = match name_fault(&name) {
+        None if name.contains('.') => Some("it has a `.`"),
+        None if name.trim() != name => Some("it has blanks at an end"),
+        fault => fault,
+    };
+    fault.map_or(Ok(()), |fault| Err(refused(what, &name, fault)))?;
     Ok(name)
+}
+
+/// A name that is none. What it is made of must not come to a terminal as it is.
+fn refused(what: &str, name: &str, fault: &'static str) -> DescriptorError {
+    DescriptorError::Name(what.to_owned(), name.escape_debug().to_string(), fault)
+}
+
+/// Copies a text for people.
+///
+/// # Safety
+/// As [`text::read`].
+pub(super) unsafe fn line(what: &str, text: abi::Text) -> Result<String, DescriptorError> {
+    // SAFETY: the caller vouches for the text.
+    unsafe { self::text(what, text) }.map(|text| text::one_line(&text))
 }
 
 /// Copies a text.
@@ -427,6 +471,42 @@ mod tests {
         assert!(refused(|m, _| m.size = 16).contains("16 bytes, which is no size"));
         assert!(refused(|m, _| m.size = 4100).contains("4100 bytes"));
         assert!(refused(|m, _| m.default_rate = f64::NAN).contains("NaN"));
+        assert_eq!(
+            refused(|m, _| m.default_rate = 1e-200),
+            "its default rate 1e-200 Hz is refused: a rate is a number of hertz from 0.001 to 1000000"
+        );
+        assert_eq!(
+            refused(|m, _| m.actions = u32::MAX),
+            "its actions are 0xffffffff, and this version knows no more than 0x1fff"
+        );
+        for (name, fault) in [
+            ("in.x\n\u{1b}[31m", r"in.x\n\u{1b}[31m"),
+            ("in\u{202e}", r"in\u{202e}"),
+        ] {
+            assert_eq!(
+                refused(|_, l| l.ports[0].name = lend(name)),
+                format!(
+                    "the name of port 0 is \"{fault}\", which is refused: it has a control character"
+                )
+            );
+        }
+        for (name, fault) in [
+            ("in/../out", "it has a `/`"),
+            ("in.x", "it has a `.`"),
+            (" in", "it has blanks at an end"),
+            (" ", "it is empty"),
+        ] {
+            assert_eq!(
+                refused(|_, l| l.services[0].port = lend(name)),
+                format!("the port of service 0 is \"{name}\", which is refused: {fault}")
+            );
+        }
+        assert!(
+            refused(|_, l| l.parameters[0].name = lend("a\rb")).contains(r#""a\rb", which is"#)
+        );
+        assert!(
+            refused(|_, l| l.ports[0].type_id = lend("IDL:\n")).contains("the type of port `in`")
+        );
         assert!(refused(|m, _| m.ports_len = 1025).contains("1025 ports"));
         assert!(refused(|m, _| m.ports = std::ptr::null()).contains("null pointer"));
         assert!(refused(|m, _| m.parameters = std::ptr::null()).contains("1 parameters"));

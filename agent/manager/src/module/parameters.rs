@@ -8,7 +8,7 @@ use rts_manager_api::control::ParameterFacts;
 use rts_runtime::abi;
 use rts_schemas::check::Limits;
 
-use super::descriptor::{DescriptorError, name, text};
+use super::descriptor::{DescriptorError, line, name, text};
 use super::list::list;
 
 /// What a descriptor says of parameters, by their name.
@@ -35,9 +35,12 @@ pub(super) unsafe fn parameters(module: &abi::Module) -> Result<Parameters, Desc
             let default = part("default", parameter.default)?;
             let facts = ParameterFacts {
                 value_type: part("type", parameter.value_type)?,
-                unit: part("unit", parameter.unit)?,
+                unit: line(&format!("the unit of `{name}`"), parameter.unit)?,
                 constraint: part("constraint", parameter.constraint)?,
-                description: part("description", parameter.description)?,
+                description: line(
+                    &format!("the description of `{name}`"),
+                    parameter.description,
+                )?,
             };
             (name, default, facts)
         };

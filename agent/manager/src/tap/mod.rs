@@ -14,7 +14,7 @@ use rts_manager_api::control::{Failure, TapInfo};
 use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::net::Timed;
 use rts_manager_api::speaks;
-use rts_manager_api::tap::{TapEnd, TapHello, TapOpened, TapReply, TapWay};
+use rts_manager_api::tap::{MAX_SAMPLE, TapEnd, TapHello, TapOpened, TapReply, TapWay};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
@@ -23,6 +23,8 @@ use crate::failure::{conflict, invalid, not_found};
 use crate::manager::Manager;
 use crate::sync::lock;
 
+/// Whatever a port carries can be looked at.
+const _: () = assert!(MAX_SAMPLE == rts_transport::MAX_SAMPLE);
 /// Taps of one manager that may exist at once.
 const MOST: usize = 64;
 /// Time for an answer to leave.

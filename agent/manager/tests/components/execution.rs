@@ -378,14 +378,22 @@ fn with(manager: &Running, instance: &str, asked: RealtimeRequest) -> RequestBod
 /// Policy and priority of the thread of a component, as the kernel has them.
 fn kernel(manager: &Running, instance: &str) -> (u32, u32) {
     let tasks = format!("/proc/{}/task", manager.child.id());
-    let tasks = std::fs::read_dir(tasks).unwrap();
+    let tasks = std::fs::read_dir(tasks).expect("it is there");
     let mut stats =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
     let stat = stats.find(|stat| stat.contains(&format!("({instance})")));
-    let stat = stat.unwrap();
-    let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
+    let stat = stat.expect("it is there");
+    let fields: Vec<&str> = stat
+        .rsplit_once(") ")
+        .expect("it is there")
+        .1
+        .split(' ')
+        .collect();
     // The 40th and 41st of proc_pid_stat(5), of which the name is the second.
-    (fields[38].parse().unwrap(), fields[37].parse().unwrap())
+    (
+        fields[38].parse().expect("it is there"),
+        fields[37].parse().expect("it is there"),
+    )
 }
 
 #[test]
@@ -455,7 +463,8 @@ fn a_processor_that_is_not_there_is_refused_or_told() {
 
 /// Names of the threads of the manager.
 fn threads(manager: &Running) -> Vec<String> {
-    let tasks = std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).unwrap();
+    let tasks =
+        std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).expect("it is there");
     let names =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("comm")).ok());
     names.map(|name| name.trim_end().to_owned()).collect()
@@ -532,15 +541,16 @@ fn those_that_share_an_execution_context_have_the_same_of_the_machine() {
 
 /// Processors of a thread of the manager.
 fn cpus_of(manager: &Running, thread: &str) -> String {
-    let tasks = std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).unwrap();
+    let tasks =
+        std::fs::read_dir(format!("/proc/{}/task", manager.child.id())).expect("it is there");
     let mut statuses =
         tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("status")).ok());
     let own = statuses.find(|status| status.starts_with(&format!("Name:\t{thread}\n")));
-    let own = own.unwrap();
+    let own = own.expect("it is there");
     let cpus = own
         .lines()
         .find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
-    cpus.unwrap().trim().to_owned()
+    cpus.expect("it is there").trim().to_owned()
 }
 
 #[test]

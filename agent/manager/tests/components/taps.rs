@@ -38,21 +38,20 @@ fn inject(data_type: &str, wait_ms: u64, linger_ms: u64) -> TapWay {
 }
 
 /// The next sample, and the number in it; none at the end.
-fn next(stream: &mut UnixStream) -> Option<(TapSample, f64)> {
+fn next(stream: &mut UnixStream) -> Option<(TapSample, u64)> {
     let mut length = [0; 4];
     stream.read_exact(&mut length).unwrap();
     let mut bytes = vec![0; TapSample::announced(length).unwrap()?];
     stream.read_exact(&mut bytes).unwrap();
     let (sample, payload) = TapSample::split(&bytes).unwrap();
-    let number = payload[payload.len() - 8..].try_into().unwrap();
-    Some((sample, f64::from_le_bytes(number)))
+    let number = payload.try_into().unwrap();
+    Some((sample, u64::from_le_bytes(number)))
 }
 
 /// Writes numbers as samples.
-fn send(stream: &mut UnixStream, numbers: std::ops::RangeInclusive<u32>) {
+fn send(stream: &mut UnixStream, numbers: std::ops::RangeInclusive<u64>) {
     for number in numbers {
-        let mut payload = vec![0; 8];
-        payload.extend_from_slice(&f64::from(number).to_le_bytes());
+        let payload = number.to_le_bytes();
         let head = TapSample {
             length: payload.len(),
             time: 0,
@@ -88,7 +87,7 @@ fn a_reader_that_reads_nothing_holds_up_nobody_and_is_told_what_it_missed() {
     });
     ok(&mut client, deactivate("A"));
     assert!(component(&mut client, "A").connectors.is_empty());
-    let (mut last, mut missed) = (0.0, 0);
+    let (mut last, mut missed) = (0, 0);
     let mut seen = 0;
     // Those that were newest when it stopped have come to it, however late.
     while seen + missed < component(&mut client, "A").executions * 5 {

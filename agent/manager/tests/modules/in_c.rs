@@ -182,7 +182,7 @@ fn a_component_in_c_is_connected_over_every_transport() {
     let folder = tempfile::tempdir().unwrap();
     let library = folder.path().join("libscale.so");
     let source = repository().join("manifests/components_c/scale/scale.c");
-    build(&source, &library, &["-x", "c", "-std=c11"]);
+    build(&source, &library, &["-x", "c", "-std=c11"], None);
     let made = |answer| match answer {
         ResponseBody::Created { incarnation } => incarnation,
         other => panic!("{other:?}"),

@@ -475,4 +475,127 @@ pub mod Lab {
             const TYPE_ID: &'static str = "IDL:Lab/Inner/Box:1.0";
         }
     }
+
+    /// `module Primitives`.
+    pub mod Primitives {
+        /// `Lab::Primitives::str`.
+        #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+        #[serde(crate = "::rts_runtime::serde")]
+        pub struct str_ {
+            pub value: ::std::string::String,
+        }
+
+        impl ::rts_runtime::types::DataType for str_ {
+            const TYPE_ID: &'static str = "IDL:Lab/Primitives/str:1.0";
+        }
+
+        /// `Lab::Primitives::u8`.
+        #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+        #[serde(crate = "::rts_runtime::serde")]
+        pub struct u8_ {
+            pub value: u8,
+            pub text: str_,
+        }
+
+        impl ::rts_runtime::types::DataType for u8_ {
+            const TYPE_ID: &'static str = "IDL:Lab/Primitives/u8:1.0";
+        }
+
+        /// `Lab::Primitives::u64`.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+        #[serde(crate = "::rts_runtime::serde")]
+        pub enum u64_ {
+            #[default]
+            /// 0.
+            A,
+            /// 1.
+            B,
+        }
+
+        /// `Lab::Primitives::usize`.
+        pub type usize_ = Vec<u8_>;
+
+        /// `Lab::Primitives::i32`.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum i32_ {
+            /// `case u64_::A`.
+            text(str_),
+            /// `case u64_::B`.
+            list(usize_),
+        }
+
+        impl ::core::default::Default for i32_ {
+            fn default() -> Self {
+                Self::text(::core::default::Default::default())
+            }
+        }
+
+        impl ::rts_runtime::serde::Serialize for i32_ {
+            fn serialize<__S: ::rts_runtime::serde::Serializer>(&self, __to: __S) -> ::core::result::Result<__S::Ok, __S::Error> {
+                use ::rts_runtime::serde::ser::SerializeTuple as _;
+                let mut __to = __to.serialize_tuple(2)?;
+                match self {
+                    Self::text(__value) => {
+                        let __label: u64_ = u64_::A;
+                        __to.serialize_element(&__label)?;
+                        __to.serialize_element(__value)?;
+                    }
+                    Self::list(__value) => {
+                        let __label: u64_ = u64_::B;
+                        __to.serialize_element(&__label)?;
+                        __to.serialize_element(__value)?;
+                    }
+                }
+                __to.end()
+            }
+        }
+
+        impl<'de> ::rts_runtime::serde::Deserialize<'de> for i32_ {
+            fn deserialize<__D: ::rts_runtime::serde::Deserializer<'de>>(__from: __D) -> ::core::result::Result<Self, __D::Error> {
+                struct __Parts;
+
+                impl<'de> ::rts_runtime::serde::de::Visitor<'de> for __Parts {
+                    type Value = i32_;
+
+                    fn expecting(&self, __to: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                        __to.write_str("a union")
+                    }
+
+                    fn visit_seq<__A: ::rts_runtime::serde::de::SeqAccess<'de>>(self, mut __from: __A) -> ::core::result::Result<i32_, __A::Error> {
+                        use ::rts_runtime::serde::de::Error as _;
+                        let __short = || __A::Error::custom("the union ends too early");
+                        let __label: u64_ = __from.next_element()?.ok_or_else(__short)?;
+                        ::core::result::Result::Ok(match __label {
+                            u64_::A => i32_::text(__from.next_element()?.ok_or_else(__short)?),
+                            u64_::B => i32_::list(__from.next_element()?.ok_or_else(__short)?),
+                        })
+                    }
+                }
+
+                __from.deserialize_tuple(2, __Parts)
+            }
+        }
+
+        impl ::rts_runtime::types::DataType for i32_ {
+            const TYPE_ID: &'static str = "IDL:Lab/Primitives/i32:1.0";
+        }
+
+        /// `Lab::Primitives::str_`.
+        pub const str__: i32 = 1;
+
+        /// `module bool_`.
+        pub mod bool_ {
+            /// `Lab::Primitives::bool::isize`.
+            #[derive(Debug, Clone, Default, PartialEq, ::rts_runtime::serde::Serialize, ::rts_runtime::serde::Deserialize)]
+            #[serde(crate = "::rts_runtime::serde")]
+            pub struct isize_ {
+                pub it: super::super::super::Lab::Primitives::i32_,
+                pub yes: bool,
+            }
+
+            impl ::rts_runtime::types::DataType for isize_ {
+                const TYPE_ID: &'static str = "IDL:Lab/Primitives/bool/isize:1.0";
+            }
+        }
+    }
 }

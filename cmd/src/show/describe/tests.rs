@@ -74,7 +74,7 @@ fn a_component_that_does_not_run_says_why_and_when_it_is_tried_again() {
     assert_eq!(
         waits,
         [
-            "Waits for:   module/SineSource@hello.main: LoadModule: no such file (tried 3 times, next try in 4s, at 22:13:24Z)"
+            "Waits for:       module/SineSource@hello.main: LoadModule: no such file (tried 3 times, next try in 4s, at 22:13:24Z)"
         ]
     );
 }
@@ -100,7 +100,7 @@ fn a_component_that_is_not_there_shows_the_process_it_would_be_in() {
     scene.components[0].status.pid = None;
     let manager = |scene: &Scene, says: &str| {
         let page = page(Kind::Component, "Sine0", scene);
-        assert!(page.contains(&format!("Manager:     {says}\n")), "{page}");
+        assert!(page.contains(&format!("Manager:         {says}\n")), "{page}");
     };
     manager(&scene, "main (pid 4711)");
     scene.managers[0].status.state = "Unresponsive".to_owned();
@@ -138,7 +138,7 @@ fn what_hangs_comes_with_a_way_to_end_it() {
     scene.components[0].status.waiting_on = Some("has been in on_execute for 16 s".to_owned());
     let text = page(Kind::Component, "Sine0", &scene);
     let help: Vec<_> = text.lines().filter(|l| l.starts_with("Help")).collect();
-    insta::assert_snapshot!(help.join("\n"), @"Help:        `kill -9 4711` ends its process, with Filter0 in it, and it is started again; rtsctl.onHang: restart has that done by itself");
+    insta::assert_snapshot!(help.join("\n"), @"Help:            `kill -9 4711` ends its process, with Filter0 in it, and it is started again; rtsctl.onHang: restart has that done by itself");
     let text = page(Kind::System, "hello", &scene);
     assert!(text.contains("  Sine0: `kill -9 4711` ends"), "{text}");
     scene.components[0].status.waiting_on = Some("its module failed".to_owned());
@@ -219,7 +219,7 @@ fn what_was_changed_by_hand_is_told_with_what_becomes_of_it() {
     insta::assert_snapshot!(text, @r"
     System  Drift:     component/Sine0 was changed by hand (configuration.default.gain: 1.0 -> 5): is left so (rtsctl.drift: ignore)
     System  Drift:     C9 (ConsoleOut) was made by hand in manager hello.main on node local
-    Component  Drift:       was changed by hand (configuration.default.gain: 1.0 -> 5): is left so (rtsctl.drift: ignore)
+    Component  Drift:           was changed by hand (configuration.default.gain: 1.0 -> 5): is left so (rtsctl.drift: ignore)
     Connector  Drift:      was disconnected by hand
     ");
 }

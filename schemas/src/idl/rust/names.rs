@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::model::Unit;
+use super::super::model::{Kind, Unit};
 use super::selection::Selection;
 
 /// Words that a raw identifier can be.
@@ -16,6 +16,18 @@ const KEYWORDS: [&str; 49] = [
 
 /// Words that nothing can be called.
 const RESERVED: [&str; 4] = ["Self", "crate", "self", "super"];
+
+/// Types that Rust has without a path. Code that serde derives names them so, and must not find another in their place.
+const PRIMITIVES: [&str; 17] = [
+    "bool", "char", "f32", "f64", "i128", "i16", "i32", "i64", "i8", "isize", "str", "u128", "u16",
+    "u32", "u64", "u8", "usize",
+];
+
+/// The name of a type or a module, which stands for nothing that Rust has itself.
+fn own_type(name: &str) -> String {
+    let end = if PRIMITIVES.contains(&name) { "_" } else { "" };
+    format!("{name}{end}")
+}
 
 /// A name as Rust writes it.
 pub(super) fn word(name: &str) -> String {
@@ -56,14 +68,19 @@ impl Names {
             for (index, definition) in unit.definitions.iter().enumerate() {
                 let at = split(&definition.path);
                 let (modules, rest) = definition.path.split_at(at);
+                let modules: Vec<String> = modules.iter().map(|name| own_type(name)).collect();
                 if (rest.len() > 1) != nested {
                     continue;
                 }
-                let mut name = rest.join("_");
-                while selection.writes(index) && !used.insert((modules.to_vec(), name.clone())) {
+                let mut name = match definition.kind {
+                    // A value is no type.
+                    Kind::Constant(_) => rest.join("_"),
+                    _ => own_type(&rest.join("_")),
+                };
+                while selection.writes(index) && !used.insert((modules.clone(), name.clone())) {
                     name.push('_');
                 }
-                places[index] = (modules.to_vec(), name);
+                places[index] = (modules, name);
             }
         }
         let taken = places

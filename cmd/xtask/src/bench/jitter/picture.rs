@@ -146,11 +146,17 @@ fn legend(out: &mut String, rows: &[Row], names: &[&str]) {
         text(out, (x + 20.0, 400.0), "start", name);
         let row = rows.iter().find(|row| row.series == *name);
         if let Some(row) = row {
-            let us = |nanoseconds: u64| nanoseconds as f64 / 1e3;
-            let (median, max) = (us(row.jitter.median), us(row.jitter.max));
-            let said = format!("median {median:.1} µs, max {max:.0} µs");
+            let (median, max) = (short(row.jitter.median), short(row.jitter.max));
+            let said = format!("median {median}, max {max}");
             text(out, (x + 20.0, 420.0), "start", &said);
         }
+    }
+}
+
+fn short(nanoseconds: u64) -> String {
+    match nanoseconds {
+        0..1_000_000 => format!("{:.0} µs", nanoseconds as f64 / 1e3),
+        _ => format!("{:.1} ms", nanoseconds as f64 / 1e6),
     }
 }
 
