@@ -18,7 +18,7 @@ use tracing_subscriber::registry::LookupSpan;
 /// Target of the spans that are kept.
 pub const TARGET: &str = "timing";
 /// Spans that are kept; of more, the oldest are forgotten.
-const MOST: usize = 16 * 1024;
+const MOST: usize = 4096;
 
 /// When the program began to look at the clock.
 static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);

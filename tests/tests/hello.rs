@@ -41,11 +41,15 @@ fn flowing(connectors: &[Value]) -> bool {
 fn apply_makes_it_run_and_a_second_apply_changes_nothing() {
     let stack = Stack::new();
     stack.expect(0, &["up"]);
-    let said = stack.expect(0, &["apply", HELLO]);
+    let said = stack.expect(0, &["apply", "--timings", HELLO]);
     assert!(
         said.err.contains("converged") || said.out.contains("converged"),
         "{said:#?}"
     );
+    // Where the time went: a span of each program.
+    for span in ["critical path: ", "read files", "decide", "Activate"] {
+        assert!(said.out.contains(span), "{span}: {said:#?}");
+    }
 
     let components = stack.get("components");
     assert_eq!(components.len(), 3);
