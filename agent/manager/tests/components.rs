@@ -190,6 +190,9 @@ fn configuration_changes_in_place_all_or_nothing() {
     );
     assert_eq!(failure.code, FailureCode::Invalid);
     assert_eq!(component(&mut client, "A").sets["default"]["code"], "5");
+    let log = manager.log("A");
+    assert!(log.contains("configured code = 5"), "{log}");
+    assert!(!log.contains("configured code = 3"), "{log}");
     let failure = refused(&mut client, configure(&[], Some(0.0)), SOON);
     assert_eq!(
         failure.message,
@@ -274,7 +277,9 @@ fn a_rate_that_a_component_cannot_take_holds_and_leads_to_error() {
     let manager = start("m");
     let mut client = manager.client();
     let mut events = Listener::connect(&manager);
-    manager.create("A", &[("fail", "on_rate_changed"), ("reason", "too fast")]);
+    // What it says comes to terminals as one line.
+    let fail = [("fail", "on_rate_changed"), ("reason", "too\r\nfast\n")];
+    manager.create("A", &fail);
     ok(&mut client, activate("A"));
     let change = RequestBody::Configure {
         instance: "A".to_owned(),
