@@ -101,19 +101,11 @@ fn join(
         deadline,
         reply,
     };
-    let handed = manager
-        .add_component(component)
-        .and_then(|()| component.tell(Order::Join(joining)));
-    let was_last = match handed {
-        Ok(()) => false,
-        Err(_) => manager.contexts.leave(component),
-    };
-    // Another one may have joined a new execution context meanwhile: it needs its thread whatever became of this one.
-    let started = match orders.filter(|_| !was_last) {
-        Some(orders) => start(manager, component, orders),
-        None => Ok(()),
-    };
-    if let Err(failure) = handed.and(started) {
+    let handed = manager.add_component(component).and_then(|()| {
+        component.tell(Order::Join(joining))?;
+        orders.map_or(Ok(()), |orders| start(manager, component, orders))
+    });
+    if let Err(failure) = handed {
         manager.remove_component(component);
         manager.contexts.leave(component);
         return Err(failure);
