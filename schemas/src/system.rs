@@ -320,7 +320,7 @@ pub enum ExecutionKind {
 }
 
 impl ExecutionKind {
-    /// As overlays and the control protocol write it.
+    /// As the control protocol writes it.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Periodic => "periodic",

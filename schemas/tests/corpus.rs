@@ -185,6 +185,9 @@ fn every_file_goes_to_the_old_version_and_back() {
         for component in &mut spec.components {
             component.full_id = names::id_with_colons(&component.full_id);
         }
+        for composite in &mut spec.composites {
+            composite.full_id = names::id_with_colons(&composite.full_id);
+        }
         spec
     };
     let (mut same, mut lost) = (0, BTreeMap::<String, usize>::new());

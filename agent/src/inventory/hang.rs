@@ -91,7 +91,7 @@ mod tests {
     use crate::inventory::difference::{differences, without_counters};
     use crate::inventory::fixtures::{bare, view};
     use crate::inventory::merge::merge;
-    use rts_manager_api::control::SystemId;
+    use rts_manager_api::control::{ExecutionContextInfo, SystemId};
     use rts_plan::desired::{NodeSpec, NodeSystem, PlacedComponent, SystemRef};
     use rts_plan::observed::Inventory;
     use rts_schemas::system::{ComponentSpec, OnHang};
@@ -186,6 +186,30 @@ mod tests {
             expired(restart(2_500), ("on_initialize", 10_000)).as_deref(),
             Some("A has been in on_initialize for longer than 10 s (rtsctl.startTimeout)")
         );
+    }
+
+    #[test]
+    fn who_hangs_is_told_with_the_execution_context_and_those_that_it_holds_up() {
+        let mut info = bare("A");
+        info.busy = Some(Busy {
+            callback: "on_execute".to_owned(),
+            milliseconds: 11_900,
+        });
+        info.execution_context = Some(ExecutionContextInfo {
+            name: "control".to_owned(),
+            order: 1,
+            shared_state: None,
+            members: ["A", "B", "C"].map(str::to_owned).to_vec(),
+        });
+        let inventory = merge("local", vec![view(vec![info])], &Policies::default());
+        let component = &inventory.managers[0].components[0];
+        assert_eq!(
+            component.hangs.as_deref(),
+            Some(
+                "has been in on_execute and holds up execution context control with B, C for 11 s"
+            )
+        );
+        assert_eq!(component.runs_with, ["A", "B", "C"]);
     }
 
     #[test]

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use rts_agent_api::AgentApi;
 use rts_plan::observed::Inventory;
 use rts_plan::plan::Work;
-use rts_schemas::system::{Configuration, OnDisconnect};
+use rts_schemas::system::{Configuration, OnDisconnect, SharedExecutionContext};
 
-use crate::setup::{Node, batch, component, hello_batch, manager, start_manager, step};
+use crate::setup::{Node, batch, component, create, hello_batch, manager, start_manager, step};
 
 fn on_disconnect(id: u32, values: &[(&str, &str)]) -> rts_plan::plan::Step {
     let values = values.iter();
@@ -75,6 +75,29 @@ async fn a_manager_of_the_version_before_is_told_only_what_it_knows() {
     let sine = component(&up, "Sine0");
     assert_eq!(sine.on_disconnect, OnDisconnect::Keep);
     assert_eq!(sine.configuration.sets["default"]["gain"], "2");
+}
+
+#[tokio::test]
+async fn a_manager_of_the_version_before_shares_no_execution_context() {
+    let node = Node::with("old", None).await;
+    node.hello().await;
+    let mut alone = create(1, &[], "main", "Alone0", "SineSource");
+    let mut shares = create(2, &[1], "main", "Shares0", "SineSource");
+    for (step, name) in [(&mut alone, None), (&mut shares, Some("control"))] {
+        if let Work::Create {
+            execution_context, ..
+        } = &mut step.work
+        {
+            *execution_context = name.map(|name: &str| SharedExecutionContext {
+                name: name.to_owned(),
+                order: 0,
+                shared_state: None,
+            });
+        }
+    }
+    let outcomes = node.outcomes(&batch("more", 1, vec![alone, shares])).await;
+    assert_eq!(outcomes[0], (1, "ok".to_owned()));
+    insta::assert_snapshot!(outcomes[1].1, @"failed: Create component/Shares0: manager hello.main speaks protocol version 1, which does not know shared execution contexts: stop it, so that a new process takes its place, then Shares0 can be made");
 }
 
 #[tokio::test]

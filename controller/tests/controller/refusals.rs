@@ -17,6 +17,20 @@ async fn every_fault_of_a_spec_is_named_at_once() {
 }
 
 #[tokio::test]
+async fn an_execution_context_in_two_processes_is_refused() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let mut spec = systems::hello();
+    for component in &mut spec.components {
+        component.execution_context.name = Some("control".to_owned());
+        component.execution_context.rate = None;
+    }
+    spec.components[1].placement.isolated = true;
+    let refused = served.refused(spec).await;
+    assert!(refused.contains("execution-context-apart"), "{refused}");
+}
+
+#[tokio::test]
 async fn what_the_modules_do_not_know_is_refused() {
     let (cluster, agent) = Cluster::hello();
     agent.describe(

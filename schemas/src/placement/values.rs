@@ -503,11 +503,18 @@ words!(
     "`always`, `on-failure` or `never`",
     [Always, OnFailure, Never]
 );
-words!(
-    ExecutionKind,
-    "`periodic`, `eventDriven` or `other`",
-    [Periodic, EventDriven, Other]
-);
+impl Words for ExecutionKind {
+    const ALL: &'static [Self] = &[Self::Periodic, Self::EventDriven, Self::Other];
+    const EXPECTED: &'static str = "`periodic`, `event-driven` or `other`";
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::EventDriven => "event-driven",
+            other => other.as_str(),
+        }
+    }
+}
+
 words!(OnHang, "`report` or `restart`", [Report, Restart]);
 words!(
     OnDisconnect,

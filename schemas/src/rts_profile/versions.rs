@@ -248,6 +248,9 @@ mod tests {
         for component in &mut before.components {
             component.full_id = id_with_colons(&component.full_id);
         }
+        for composite in &mut before.composites {
+            composite.full_id = id_with_colons(&composite.full_id);
+        }
         before.full_id = id_with_colons(&before.full_id);
         assert_eq!(spec(&new), before);
         let (old, report) = converted(new.as_bytes(), Version::V01);

@@ -131,9 +131,7 @@ impl Contexts {
         if !members.is_empty() {
             return false;
         }
-        if let Some(name) = &context.name {
-            known.remove(&(name.clone(), context.kind.name()));
-        }
+        known.retain(|_, other| !Arc::ptr_eq(other, context));
         true
     }
 }

@@ -84,6 +84,24 @@ fn unknown_node_is_a_problem_and_stays_where_it_was_put() {
 }
 
 #[test]
+fn components_of_one_execution_context_belong_in_one_process() {
+    let context = json!({"name": "control"});
+    let of = |placement| {
+        let components = json!([
+            {"instance": "A", "type": "T", "executionContext": context},
+            {"instance": "B", "type": "T", "executionContext": context, "placement": placement},
+            {"instance": "C", "type": "T", "placement": {"node": "arm"}},
+        ]);
+        place(&[system("s", components)], &nodes(), "local")
+    };
+    assert_eq!(of(json!({"host": "workstation"})).problems, []);
+    insta::assert_snapshot!(
+        of(json!({"node": "arm"})).accept().unwrap_err(),
+        @"components A and B of system s share the execution context control, which needs one process, but are to run in local/main and arm/main"
+    );
+}
+
+#[test]
 fn isolated_components_have_a_process_of_their_own() {
     let isolated = json!({"isolated": true});
     let system = system(

@@ -35,6 +35,24 @@ fn changed_configuration() {
 }
 
 #[test]
+fn changed_order_in_an_execution_context() {
+    let mut shared = hello();
+    for (component, order) in shared.spec.components.iter_mut().zip([10, 20]) {
+        component.execution_context.name = Some("control".to_owned());
+        component.execution_context.order = order;
+    }
+    let mut story = Story::running();
+    story.world.apply(shared.clone());
+    let made = story.turn();
+    assert!(story.plan().is_empty());
+    shared.spec.components[0].execution_context.order = 30;
+    story.world.apply(shared);
+    let changed = story.turn();
+    insta::assert_snapshot!(format!("{made}\n{changed}"));
+    assert!(story.plan().is_empty());
+}
+
+#[test]
 fn changed_connector() {
     let mut story = Story::running();
     let mut changed = hello();

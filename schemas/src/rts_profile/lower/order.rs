@@ -60,11 +60,37 @@ pub(super) fn conditions(
     let with = |target: &str, wait: &Option<WaitFor>| Condition {
         target: target.to_owned(),
         sequence,
-        wait: wait.clone(),
+        wait: wait
+            .clone()
+            .and_then(|wait| others(wait, target, condition)),
     };
     targets
         .flat_map(|target| waits.iter().map(move |wait| with(target, wait)))
         .collect()
+}
+
+/// What a member waits for that waits for its composite: the other members. Itself only where the file says just that.
+fn others(wait: WaitFor, target: &str, condition: &model::Condition) -> Option<WaitFor> {
+    let WaitFor::Preceding {
+        timing,
+        timeout_ms,
+        mut components,
+    } = wait
+    else {
+        return Some(wait);
+    };
+    let said = condition.preceding.as_ref();
+    let mut named = said.into_iter().flat_map(|said| &said.components);
+    let itself = named.any(|other| {
+        let name = other.instance_name.as_ref();
+        name.is_some_and(|name| name.trimmed() == target)
+    });
+    components.retain(|component| itself || component != target);
+    (!components.is_empty()).then_some(WaitFor::Preceding {
+        timing,
+        timeout_ms,
+        components,
+    })
 }
 
 fn preceding(preceding: &Preceding, composites: &Composites<'_>) -> Option<WaitFor> {
