@@ -240,7 +240,7 @@ fn send(
         let mut sending = Sending {
             manager: Arc::clone(manager),
             connector: Arc::clone(connector),
-            ended: Ended::lost("the thread that sends has failed"),
+            ended: Ended::Lost("the thread that sends has failed".to_owned()),
         };
         move || {
             sending.ended = sender.send();
