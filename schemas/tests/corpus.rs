@@ -344,7 +344,8 @@ fn version_0_1_has_its_connectors_inside_ports() {
         return;
     };
     assert_eq!(spec.name, "ta-sample");
-    assert_eq!(spec.components.len(), 5);
+    assert_eq!(spec.components.len(), 2);
+    assert_eq!(spec.composites.len(), 3, "without members");
     assert_eq!(spec.components[0].type_name, "ConsoleIn");
     assert_eq!(spec.connectors[0].name, "ConsoleIn0.out-ConsoleOut0.in");
     assert_eq!(

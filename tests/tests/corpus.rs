@@ -100,7 +100,7 @@ fn every_real_profile_without_an_error_gets_a_plan() {
     }
     println!("{planned} profiles planned; with errors of their own: {refused:?}");
     assert!(
-        planned >= 85 && refused.len() <= 3,
+        planned >= 85 && refused.len() <= 4,
         "{planned} planned, refused: {refused:?}"
     );
 }

@@ -7,6 +7,7 @@ use super::spec::Pointed;
 use crate::diagnostic::{Finding, Report};
 use crate::rts_profile::Places;
 use crate::system::{ComponentSpec, SystemSpec};
+use crate::yaml_type::Words;
 
 /// Most findings.
 const LIMIT: usize = 500;
@@ -67,8 +68,8 @@ fn kinds(name: &str, members: &[Member<'_>]) -> Vec<Found> {
             "`{}` and `{}` share the execution context `{name}`, but one is {} and the other {}",
             first.instance,
             other.instance,
-            kind.as_str(),
-            other.execution_context.kind.as_str()
+            kind.word(),
+            other.execution_context.kind.word()
         );
         let help = "give all of them one kind, in the profile or as `executionContext: { kind: … }` in an overlay";
         let finding = Finding::error("execution-context-mismatch", message).help(help);
