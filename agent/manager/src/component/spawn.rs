@@ -99,11 +99,16 @@ pub fn spawn(
 /// Makes a component known and hands it to its execution context, which gets its thread with the first one.
 fn join(manager: &Arc<Manager>, joining: Joining, orders: NewOrders) -> Result<(), Failure> {
     let component = &Arc::clone(&joining.component);
-    let handed = manager.add_component(component).and_then(|()| {
-        component.tell(Order::Join(joining))?;
-        orders.map_or(Ok(()), |orders| start(manager, component, orders))
-    });
-    if let Err(failure) = handed {
+    let handed = manager
+        .add_component(component)
+        .and_then(|()| component.tell(Order::Join(joining)));
+    let was_last = handed.is_err() && manager.contexts.leave(component);
+    // Another one may have joined a new execution context meanwhile: it needs its thread whatever became of this one.
+    let started = match orders.filter(|_| !was_last) {
+        Some(orders) => start(manager, component, orders),
+        None => Ok(()),
+    };
+    if let Err(failure) = handed.and(started) {
         manager.remove_component(component);
         manager.contexts.leave(component);
         return Err(failure);
