@@ -16,8 +16,8 @@ use rts_runtime::sized::Sized32 as _;
 use rts_runtime::testing::TestHost;
 use rts_runtime::types::{DataType, TimedDouble, TimedLong};
 use rts_runtime::{
-    Component, Config, Context, Declaration, InPort, OutPort, ReturnCode, RtcError, RtcResult,
-    TypeInfo, Waker,
+    Component, Config, Context, Declaration, ExecutionKind, InPort, OutPort, ReturnCode, RtcError,
+    RtcResult, TypeInfo, Waker,
 };
 
 struct Echo {
@@ -246,6 +246,7 @@ impl Component for Threaded {
         name: "Threaded",
         ..Echo::TYPE
     };
+    const EXECUTION: ExecutionKind = ExecutionKind::EventDriven;
 
     fn declare(_: &mut Declaration) -> Self {
         Self { thread: None }
