@@ -23,14 +23,22 @@ fn references(value: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
+/// Its own fields, and those of what is flattened into it.
 fn fields<'a>(document: &'a Value, schema: &str) -> Vec<&'a str> {
-    let properties = &document["components"]["schemas"][schema]["properties"];
-    let properties = properties.as_object();
-    properties
-        .unwrap_or_else(|| panic!("there is no schema {schema}"))
-        .keys()
-        .map(String::as_str)
-        .collect()
+    let schema_of = |name: &str| &document["components"]["schemas"][name];
+    let whole = schema_of(schema);
+    let parts = whole["allOf"].as_array().into_iter().flatten();
+    let parts = parts.map(|part| match part["$ref"].as_str() {
+        Some(to) => schema_of(to.rsplit('/').next().unwrap_or_default()),
+        None => part,
+    });
+    let all = parts.chain([whole]);
+    let properties = all.filter_map(|part| part["properties"].as_object());
+    let names: Vec<_> = properties
+        .flat_map(|p| p.keys().map(String::as_str))
+        .collect();
+    assert!(!names.is_empty(), "there is no schema {schema}");
+    names
 }
 
 #[test]
@@ -135,6 +143,7 @@ fn every_path_of_the_api_is_described() {
         paths::TIMINGS,
         paths::COMPONENT,
         paths::COMPONENT_LOG,
+        paths::PORT_SAMPLES,
         paths::CONNECTOR,
         paths::MANAGER,
         paths::MANAGER_MODULES,
