@@ -171,6 +171,10 @@ impl Previous {
 
     fn converse(&self, mut stream: UnixStream) -> Result<(), Failed> {
         let greeting = read(&mut stream)?;
+        // As it was: whoever comes as what it does not know is sent away.
+        if !matches!(greeting["role"].as_str(), Some("control" | "data")) {
+            return Err("an unknown role".into());
+        }
         write(&mut stream, &self.own(recorded("greeting", "manager")?)?)?;
         // As it was: another version is told ours and sent away.
         if greeting["version"] != 1 {

@@ -303,8 +303,6 @@ fn connectors(instances: Vec<String>) -> impl Strategy<Value = Vec<ConnectorSpec
     let key = prop_oneof![
         select(vec![
             "dataport.interface_type",
-            "dataport.dataflow_type",
-            "dataport.subscription_type",
             "dataport.push_interval",
             "a & b",
         ])
@@ -315,10 +313,19 @@ fn connectors(instances: Vec<String>) -> impl Strategy<Value = Vec<ConnectorSpec
         3 => trimmed().prop_map(|text| text.to_lowercase()),
         1 => select(vec!["0.5", "1e3", "0", "-1", "inf"]).prop_map(str::to_owned),
     ];
+    // Of these only some words are right.
+    let chosen = |key: &'static str, words: &'static [&'static str]| {
+        (Just(key.to_owned()), select(words).prop_map(str::to_owned))
+    };
+    let property = prop_oneof![
+        3 => (key, value),
+        1 => chosen("dataport.dataflow_type", &["push", "pull", "duplex"]),
+        1 => chosen("dataport.subscription_type", &["flush", "new", "block"]),
+    ];
     let connector = (
         any::<(Choice, Choice, Choice, bool)>(),
         data_type(),
-        btree_map(key, value, 0..4),
+        vec(property, 0..4).prop_map(BTreeMap::from_iter),
         option::of(name()),
     );
     vec(connector, 0..8).prop_map(move |all| {
