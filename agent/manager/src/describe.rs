@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::mpsc::sync_channel;
 use std::thread;
 use std::time::Duration;
 
@@ -33,8 +34,14 @@ pub fn describe(file: &Path, type_name: &str) -> Result<(), DescribeError> {
     let mut stdout = File::from(stdout.map_err(io::Error::from)?);
     rustix::stdio::dup2_stdout(rustix::stdio::stderr()).map_err(io::Error::from)?;
     let shown = file.display().to_string();
-    let watch = thread::Builder::new().spawn(move || end_late(&shown));
+    let (begun, has_begun) = sync_channel(1);
+    let watch = thread::Builder::new().spawn(move || {
+        let _ = begun.send(());
+        end_late(&shown);
+    });
     watch.map_err(DescribeError::Watch)?;
+    // A thread that begins while a library is opened waits for that.
+    let _ = has_begun.recv();
     // A bare name would be searched in the system's library paths.
     let module = Module::load(&std::path::absolute(file)?, type_name)?;
     let mut json = serde_json::to_vec(&module.info()).map_err(io::Error::from)?;

@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::project::{self, Build};
 
 /// Seeds that the tests run.
-const SHORT: u64 = 2000;
+const SHORT: u64 = 1000;
 
 /// Arguments of `cargo xtask simulate`.
 #[derive(Debug, clap::Args)]

@@ -146,11 +146,11 @@ fn reach(sink: &mut Sink<'_>, read: &ReadProfile, spec: &SystemSpec) {
         ) else {
             continue;
         };
-        let ends = (process(source), process(target));
-        let distance = match ends {
+        let distance = match (process(source), process(target)) {
             (source, target) if source == target => Distance::Process,
-            ((source, ..), (target, ..)) if source == target => Distance::Node,
-            _ => Distance::Beyond,
+            // One that is on no node yet may come to any.
+            ((Some(source), ..), (Some(target), ..)) if source != target => Distance::Beyond,
+            _ => Distance::Node,
         };
         let Some(fault) = settings.interface.out_of_reach(distance) else {
             continue;

