@@ -243,3 +243,114 @@ pub enum Fetched {
     /// Nothing.
     Nothing,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outbox(properties: &[(&str, &str)]) -> Outbox {
+        let own = |(name, value): &(&str, &str)| (format!("dataport.{name}"), (*value).to_owned());
+        let properties = properties.iter().map(own).collect();
+        Outbox::new(&rts_schemas::connector::read(&properties).unwrap()).unwrap()
+    }
+
+    fn fill(outbox: &Outbox, numbers: std::ops::RangeInclusive<u64>) {
+        for number in numbers {
+            let payload = number.to_be_bytes().to_vec().into();
+            let (taken, drops) = outbox.offer(Sample {
+                sequence: number,
+                time: 0,
+                payload,
+            });
+            assert_eq!((taken, drops), (Ok(()), 0));
+        }
+    }
+
+    /// What leaves until nothing does.
+    fn leaves(outbox: &Outbox) -> Vec<u64> {
+        let all = std::iter::from_fn(|| outbox.next());
+        let number = |sample: Sample| u64::from_be_bytes(sample.payload[..].try_into().unwrap());
+        all.map(number).collect()
+    }
+
+    #[test]
+    fn each_policy_sends_its_samples_at_each_tick_and_none_between() {
+        for (policy, ticks) in [
+            ("all", [&[1, 2, 3, 4, 5, 6, 7][..], &[8, 9], &[]]),
+            ("fifo", [&[1], &[2], &[3]]),
+            ("skip", [&[3, 6], &[9], &[]]),
+            ("new", [&[7], &[9], &[]]),
+        ] {
+            let outbox = outbox(&[
+                ("subscription_type", "periodic"),
+                ("publisher.push_rate", "1"),
+                ("publisher.push_policy", policy),
+                ("publisher.skip_count", "2"),
+            ]);
+            fill(&outbox, 1..=7);
+            assert!(leaves(&outbox).is_empty(), "{policy}: there was no tick");
+            for (tick, expected) in ticks.into_iter().enumerate() {
+                outbox.tick();
+                if tick == 0 {
+                    assert_eq!(leaves(&outbox), expected, "{policy}");
+                    fill(&outbox, 8..=9);
+                    assert!(leaves(&outbox).is_empty(), "{policy}: that tick is over");
+                } else {
+                    assert_eq!(leaves(&outbox), expected, "{policy}, tick {tick}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_rate_all_that_the_policy_lets_through_leaves_at_once() {
+        for (policy, expected) in [
+            ("all", &[1, 2, 3, 4, 5, 6, 7][..]),
+            ("fifo", &[1, 2, 3, 4, 5, 6, 7]),
+            ("skip", &[3, 6]),
+            ("new", &[7]),
+        ] {
+            let outbox = outbox(&[
+                ("subscription_type", "new"),
+                ("publisher.push_policy", policy),
+                ("publisher.skip_count", "2"),
+            ]);
+            fill(&outbox, 1..=7);
+            assert_eq!(leaves(&outbox), expected, "{policy}");
+        }
+    }
+
+    #[test]
+    fn a_reader_that_finds_nothing_waits_as_long_as_the_policy_says() {
+        let blocking = outbox(&[
+            ("dataflow_type", "pull"),
+            ("outport.buffer.read.empty_policy", "block"),
+            ("outport.buffer.read.timeout", "0.03"),
+        ]);
+        let begin = Instant::now();
+        assert_eq!(blocking.fetch_here(true, Duration::MAX), None);
+        assert!(begin.elapsed() >= Duration::from_millis(30));
+        let begin = Instant::now();
+        assert_eq!(blocking.fetch_here(true, Duration::from_millis(1)), None);
+        assert!(begin.elapsed() < Duration::from_secs(60), "not for ever");
+    }
+
+    #[test]
+    fn a_writer_that_finds_no_room_waits_as_long_as_the_policy_says() {
+        let full = outbox(&[
+            ("subscription_type", "new"),
+            ("outport.buffer.length", "1"),
+            ("outport.buffer.write.full_policy", "block"),
+            ("outport.buffer.write.timeout", "0.03"),
+        ]);
+        fill(&full, 1..=1);
+        let second = Sample {
+            sequence: 2,
+            time: 0,
+            payload: Vec::new().into(),
+        };
+        let begin = Instant::now();
+        assert_eq!(full.wait(second, begin), Written::TimedOut);
+        assert!(begin.elapsed() >= Duration::from_millis(30));
+    }
+}

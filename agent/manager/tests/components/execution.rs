@@ -94,6 +94,34 @@ fn one_that_is_ticked_runs_as_many_cycles_and_one_that_waits_for_samples_runs_wh
 }
 
 #[test]
+fn what_asked_for_a_cycle_before_the_activation_is_forgotten() {
+    let manager = start("m");
+    let mut client = manager.client();
+    ok(&mut client, load_testmod());
+    let source = driven(&manager, "A", "other", &[("produce", "1")]);
+    ok(&mut client, source);
+    let made = ok(&mut client, driven(&manager, "B", "eventDriven", &[]));
+    let ResponseBody::Created { incarnation } = made else {
+        panic!()
+    };
+    let request = connection("A", "B", &incarnation, None);
+    ok(&mut client, binding(&request.connector, "B", "in", "A.out"));
+    ok(&mut client, RequestBody::Connect(request));
+    ok(&mut client, activate("A"));
+    ok(&mut client, tick("A", 3));
+    ok(&mut client, activate("B"));
+    // Answered by its thread, between two looks at what is to be run.
+    ok(&mut client, configure("B", &[("reason", "none")]));
+    ok(&mut client, configure("B", &[("reason", "none yet")]));
+    assert_eq!(component(&mut client, "B").executions, 0);
+    ok(&mut client, tick("A", 1));
+    until("the new one is read", || {
+        component(&mut client, "B").bindings[0].samples_received == 1
+    });
+    assert_eq!(component(&mut client, "B").executions, 1);
+}
+
+#[test]
 fn a_tick_gives_way_to_whoever_asks_something_else() {
     let manager = start("m");
     let mut client = manager.client();
