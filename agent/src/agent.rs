@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use futures_util::future::BoxFuture;
 use rts_agent_api::PROTOCOL_VERSION;
 use rts_agent_api::messages::{NodeInfo, NodeSpecEnvelope, NodeSpecReceipt};
 use rts_host::timing::TARGET;
@@ -52,6 +53,13 @@ pub enum StartError {
     /// The HTTP client of the controller cannot be made.
     #[error("cannot make a client of the controller")]
     Client(#[source] rts_http::client::ClientError),
+}
+
+/// What ends once a spec that counts already is durable.
+pub(crate) type Saving = BoxFuture<'static, Result<NodeSpecReceipt, Problem>>;
+
+fn broken_off(error: &tokio::task::JoinError) -> Problem {
+    Problem::internal(format!("the ledger's write failed: {error}"))
 }
 
 /// The state of an agent.
@@ -137,28 +145,43 @@ impl Agent {
         }
     }
 
-    /// Accepts or refuses a NodeSpec; a newer one cancels the steps of older batches that have not started. Goes on
-    /// when the caller gives up: what is on disk and what is in memory must not come to differ.
+    /// Accepts or refuses a NodeSpec; a newer one cancels the steps of older batches that have not started. It counts when
+    /// this returns; what is given ends once it is durable. Both go on when the caller gives up: what is on disk and what
+    /// is in memory must not come to differ.
+    pub async fn offer_node_spec(self: &Arc<Self>, offered: Sealed) -> Result<Saving, Problem> {
+        let agent = self.clone();
+        let accept = async move {
+            let (receipt, forgets) = agent.accept_now(offered).await?;
+            let span = info_span!(target: TARGET, "ledger");
+            let save = async move { agent.save(forgets).await.map(|()| receipt) };
+            Ok(tokio::spawn(save.instrument(span)))
+        };
+        let span = info_span!(target: TARGET, "accept");
+        let accepted = tokio::spawn(accept.instrument(span)).await;
+        let saving = accepted.unwrap_or_else(|e| Err(broken_off(&e)))?;
+        Ok(Box::pin(async move {
+            saving.await.unwrap_or_else(|e| Err(broken_off(&e)))
+        }))
+    }
+
+    /// The same; durable when it returns.
     pub async fn put_node_spec(
         self: &Arc<Self>,
         offered: Sealed,
     ) -> Result<NodeSpecReceipt, Problem> {
-        let agent = self.clone();
-        let span = info_span!(target: TARGET, "ledger");
-        let put = async move { agent.put_now(offered).await };
-        let put = tokio::spawn(put.instrument(span));
-        put.await
-            .unwrap_or_else(|e| Err(Problem::internal(format!("the ledger's write failed: {e}"))))
+        self.offer_node_spec(offered).await?.await
     }
 
-    async fn put_now(&self, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
-        // Held to the end: one write after the other, in memory as on disk.
+    /// Gives also whether the past of components is forgotten for it.
+    async fn accept_now(&self, offered: Sealed) -> Result<(NodeSpecReceipt, bool), Problem> {
+        // Held to the end: one after the other.
         let mut ledger = self.ledger.lock().await;
         if ledger.held().is_none() {
             self.refuse_stranger(offered.envelope())?;
         }
         let before = ledger.held().map(|held| held.spec.clone());
-        let receipt = ledger.put(offered).await?;
+        let receipt = ledger.accept(offered).await?;
+        let mut forgets = false;
         if receipt.changed
             && let Some(sealed) = ledger.sealed()
         {
@@ -167,19 +190,32 @@ impl Agent {
             policies.keep_leaving(&self.policies(), |uid| self.managers.has(uid));
             let policies = Arc::new(policies);
             *lock(&self.policies) = policies.clone();
-            self.keep_restarts(spec, before.as_ref(), &policies).await;
+            forgets = self.keep_restarts(spec, before.as_ref(), &policies);
             // What was held may be free now.
             self.dirty.notify_one();
             self.batches.cancel_others(&Fence::of(sealed.envelope()));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
-        Ok(receipt)
+        Ok((receipt, forgets))
     }
 
-    /// What the ledger holds.
-    pub async fn node_spec(&self) -> Result<Sealed, Problem> {
+    /// Makes durable what was accepted.
+    async fn save(&self, forgets: bool) -> Result<(), Problem> {
+        let saver = self.ledger.lock().await.saver();
+        saver.save().await?;
+        if forgets {
+            self.restarts.save().await;
+        }
+        Ok(())
+    }
+
+    /// What the ledger holds; durable when it returns.
+    pub async fn node_spec(self: &Arc<Self>) -> Result<Sealed, Problem> {
         let ledger = self.ledger.lock().await;
-        let held = ledger.sealed().cloned();
+        let (held, saver) = (ledger.sealed().cloned(), ledger.saver());
+        drop(ledger);
+        let saved = tokio::spawn(async move { saver.save().await }).await;
+        saved.unwrap_or_else(|e| Err(broken_off(&e)))?;
         held.ok_or_else(|| Problem::not_found("this node was told nothing yet"))
     }
 

@@ -41,7 +41,7 @@ pub(crate) async fn agent_with(home: &Path, disk: Arc<dyn Disk>) -> Arc<Agent> {
     Arc::new(Agent::new(config, inputs).await.unwrap())
 }
 
-/// Writes one file when it is told to; keeps nothing of others.
+/// Writes files whose names end so when it is told to; keeps nothing of others.
 pub(crate) struct SlowDisk {
     name: &'static str,
     begun: mpsc::UnboundedSender<()>,
@@ -78,7 +78,8 @@ impl Disk for SlowDisk {
 
     fn write<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
         Box::pin(async move {
-            if path.file_stem().is_some_and(|name| name == self.name) {
+            let name = path.to_string_lossy();
+            if name.trim_end_matches(".new").ends_with(self.name) {
                 self.begun.send(()).unwrap();
                 self.go.lock().await.recv().await.unwrap();
                 self.written.lock().unwrap().push(bytes);
@@ -89,6 +90,10 @@ impl Disk for SlowDisk {
 
     fn sync<'a>(&'a self, _: &'a Path) -> BoxFuture<'a, io::Result<()>> {
         Box::pin(async { Ok(()) })
+    }
+
+    fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        self.write(path, bytes)
     }
 
     fn rename<'a>(&'a self, _: &'a Path, _: &'a Path) -> BoxFuture<'a, io::Result<()>> {

@@ -1,6 +1,8 @@
-//! The ledger: the last NodeSpec that was accepted, durable, and the fence that refuses the past.
+//! The ledger: the last NodeSpec that was accepted, made durable while it is carried out, and the fence that refuses the
+//! past.
 
 mod fence;
+mod file;
 mod sealed;
 #[cfg(test)]
 mod tests;
@@ -9,18 +11,15 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rts_agent_api::messages::{NodeSpecEnvelope, NodeSpecReceipt};
-use rts_host::disk::{Disk, replace_durably};
+use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope, NodeSpecReceipt};
+use rts_host::disk::Disk;
 use rts_http::problem::Problem;
 
 pub(crate) use fence::{Fence, ledger_fence};
 use fence::{Verdict, judge};
+pub use file::newest;
+use file::{Files, Numbered};
 pub(crate) use sealed::Sealed;
-
-/// Name of the ledger's file in the state folder.
-const FILE: &str = "node-spec.json";
-/// Largest file in bytes: more than a request may have.
-const MAX_FILE: u64 = 128 * 1024 * 1024;
 
 /// A ledger that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -46,44 +45,22 @@ pub enum LedgerError {
     },
 }
 
-/// What a disk holds; none when it was told nothing yet.
-async fn read(disk: &dyn Disk, path: &Path) -> Result<Option<Sealed>, LedgerError> {
-    let bytes = match disk.read(path, MAX_FILE).await {
-        Ok(Some(bytes)) => bytes,
-        Ok(None) => return Ok(None),
-        Err(source) => {
-            let path = path.to_owned();
-            return Err(LedgerError::Read { path, source });
-        }
-    };
-    let damaged = |reason: String| LedgerError::Damaged {
-        path: path.to_owned(),
-        reason,
-    };
-    let sealed: Sealed = serde_json::from_slice(&bytes).map_err(|e| damaged(e.to_string()))?;
-    if !sealed.is_whole() {
-        return Err(damaged("its digest does not fit its contents".to_owned()));
-    }
-    Ok(Some(sealed))
-}
-
-/// The ledger of a running agent.
+/// The ledger of a running agent: what it obeys. That is durable a moment later, see [`Files`].
 pub(crate) struct Ledger {
     node: String,
-    disk: Arc<dyn Disk>,
-    path: PathBuf,
-    held: Option<Sealed>,
+    files: Arc<Files>,
+    /// With its number: each spec that is accepted has the next one.
+    held: Option<Numbered>,
 }
 
 impl Ledger {
     /// Reads what was accepted last from a state folder.
     pub async fn load(node: &str, state: &Path, disk: Arc<dyn Disk>) -> Result<Self, LedgerError> {
-        let path = state.join(FILE);
+        let (files, held) = Files::load(state, disk).await?;
         Ok(Self {
             node: node.to_owned(),
-            held: read(&*disk, &path).await?,
-            disk,
-            path,
+            files: Arc::new(files),
+            held,
         })
     }
 
@@ -94,7 +71,7 @@ impl Ledger {
 
     /// The same, with its text.
     pub fn sealed(&self) -> Option<&Sealed> {
-        self.held.as_ref()
+        self.held.as_ref().map(|(_, sealed)| &**sealed)
     }
 
     /// The fence of what it holds.
@@ -102,17 +79,40 @@ impl Ledger {
         self.held().map(Fence::of)
     }
 
-    /// Accepts or refuses a write; durable when it returns. Must not be dropped before: disk and memory would differ.
-    pub async fn put(&mut self, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
+    /// What is on the disk.
+    pub fn saved(&self) -> Option<LedgerFence> {
+        self.files.saved()
+    }
+
+    /// What makes it durable.
+    pub fn saver(&self) -> Saver {
+        Saver {
+            node: self.node.clone(),
+            files: self.files.clone(),
+            held: self.held.clone(),
+        }
+    }
+
+    /// Accepts or refuses a write. What it accepts counts when it returns, and is durable once its [`saver`] has ended:
+    /// should power be lost before, nothing that runs is left that it could be missed for. What tells whom the node obeys
+    /// is durable before it counts, and so is everything as long as the disk does not work. Must not be dropped before.
+    ///
+    /// [`saver`]: Ledger::saver
+    pub async fn accept(&mut self, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
         let verdict = judge(&self.node, self.held(), &offered)?;
         let offered = offered.accepted();
         let generation = offered.envelope().generation;
         let changed = verdict == Verdict::Newer;
         if changed {
-            self.save(&offered).await.map_err(|e| {
-                Problem::internal(format!("cannot save the node spec of {}: {e}", self.node))
-            })?;
-            self.held = Some(offered);
+            let lags = self.may_lag(offered.envelope());
+            let number = self.held.as_ref().map_or(0, |(number, _)| *number);
+            let numbered = (number.saturating_add(1), Arc::new(offered));
+            if !lags {
+                let (node, files) = (self.node.clone(), self.files.clone());
+                let held = Some(numbered.clone());
+                Saver { node, files, held }.save().await?;
+            }
+            self.held = Some(numbered);
         }
         Ok(NodeSpecReceipt {
             generation,
@@ -120,9 +120,30 @@ impl Ledger {
         })
     }
 
-    /// Replaces what is on disk. Durable when it returns.
-    async fn save(&self, sealed: &Sealed) -> io::Result<()> {
-        let text = serde_json::to_vec_pretty(sealed)?;
-        replace_durably(&*self.disk, &self.path, text).await
+    /// True for a spec of the same store and epoch as the one that is held.
+    fn may_lag(&self, offered: &NodeSpecEnvelope) -> bool {
+        let whose = |spec: &NodeSpecEnvelope| (spec.cluster_uid.clone(), spec.epoch);
+        let same = |held| whose(held) == whose(offered);
+        self.held().is_some_and(same) && !self.files.failed()
+    }
+}
+
+/// Makes what a ledger held durable.
+pub(crate) struct Saver {
+    node: String,
+    files: Arc<Files>,
+    held: Option<Numbered>,
+}
+
+impl Saver {
+    /// Durable when it ends well, this or something later. Must not be dropped before.
+    pub async fn save(&self) -> Result<(), Problem> {
+        let Some((number, sealed)) = &self.held else {
+            return Ok(());
+        };
+        let saved = self.files.save(*number, sealed).await;
+        saved.map_err(|e| {
+            Problem::internal(format!("cannot save the node spec of {}: {e}", self.node))
+        })
     }
 }

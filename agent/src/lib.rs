@@ -40,6 +40,7 @@ pub use agent::StartError;
 pub use config::Config;
 pub use folders::is_node_name;
 pub use inputs::Inputs;
+pub use ledger::newest as newest_ledger;
 pub use local::LocalAgent;
 pub use run::{RunError, openapi, run};
 pub use serve::{Serving, serve};

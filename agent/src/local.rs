@@ -7,7 +7,7 @@ use rts_agent_api::messages::{
     ActRequest, Acted, Batch, BindRequest, Bound, GateReport, ModuleResolution, NodeInfo,
     NodeSpecEnvelope, NodeSpecReceipt,
 };
-use rts_agent_api::{AgentApi, BatchEvents, ClientError};
+use rts_agent_api::{AgentApi, BatchEvents, ClientError, Saving};
 use rts_http::problem::Problem;
 use rts_plan::observed::Inventory;
 
@@ -51,6 +51,12 @@ impl AgentApi for LocalAgent {
     async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {
         let sealed = Sealed::of(spec).map_err(|e| Problem::bad_request(e.to_string()))?;
         Ok(self.0.put_node_spec(sealed).await?)
+    }
+
+    async fn offer_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<Saving, ClientError> {
+        let sealed = Sealed::of(spec).map_err(|e| Problem::bad_request(e.to_string()))?;
+        let saving = self.0.offer_node_spec(sealed).await?;
+        Ok(Box::pin(async move { Ok(saving.await?) }))
     }
 
     async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {

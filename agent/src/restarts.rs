@@ -246,24 +246,24 @@ impl Agent {
         }
     }
 
-    /// A spec was accepted, in place of the one before.
-    pub(crate) async fn keep_restarts(
+    /// A spec was accepted, in place of the one before. True when something is forgotten for it: then that is to be
+    /// written before anybody is told that the spec is durable. Most specs make it forget nothing.
+    pub(crate) fn keep_restarts(
         &self,
         spec: &NodeSpec,
         before: Option<&NodeSpec>,
         policies: &Policies,
-    ) {
+    ) -> bool {
         let forgets = {
             let mut memory = lock(&self.restarts.memory);
             let remembered = memory.components();
             memory.keep(spec, before, policies);
             memory.components() != remembered
         };
-        // Most specs make it forget nothing: then nothing is to be written before it counts.
         if forgets {
             self.restarts.change(|_| ());
-            self.restarts.save().await;
         }
+        forgets
     }
 
     /// Writes after a moment, for all that changes meanwhile.

@@ -12,7 +12,6 @@ use tokio::time::{Instant, sleep, sleep_until};
 
 use crate::agent::Agent;
 use crate::inventory::delta;
-use crate::ledger::ledger_fence;
 
 /// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
@@ -60,7 +59,8 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: Arc<dyn SessionApi>) {
 
 /// Opens the session. Gives the inventory that the controller knows now.
 async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Inventory, ClientError> {
-    let ledger = agent.ledger.lock().await.held().map(ledger_fence);
+    // What a restart would begin with: what is not durable yet is sent once more.
+    let ledger = agent.ledger.lock().await.saved();
     let inventory = agent.observe().await;
     let greeting = SessionGreeting {
         protocol_version: PROTOCOL_VERSION,

@@ -109,6 +109,8 @@ pub async fn examine(
     name: &str,
     request: &ApplyRequest,
 ) -> Result<Examined, Problem> {
+    // What may be taken back is nothing to build on.
+    core.durable(name).await;
     let stored = core.registry().systems.get(name).cloned();
     let spec = &narrow::narrow(stored.as_ref(), request)?;
     refuse(check::spec(name, spec))?;

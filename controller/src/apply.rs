@@ -9,9 +9,7 @@ use std::sync::Arc;
 use rts_controller_api::objects::System;
 use rts_controller_api::requests::{ApplyRequest, ApplyResult};
 use rts_controller_api::{Problem, ProblemError};
-use rts_host::timing::TARGET;
 use rts_schemas::system::SystemSpec;
-use tracing::{Instrument, info_span};
 
 use crate::admit::{self, Admitted};
 use crate::core::Core;
@@ -136,16 +134,14 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
     let mut index = admitted.record.index;
     if admitted.changed {
         let generation = admitted.record.generation;
-        let span = info_span!(target: TARGET, "store", of = format!("system/{name}"));
-        let stored = core.store_change(admitted.record).instrument(span).await;
-        index = stored.map_err(|e| of_store(&e))?;
         if admitted.forgets {
             core.backoff().forget_system(name);
         }
+        let stored = core.store_change(admitted.record).await;
+        index = stored.map_err(|e| of_store(&e))?;
         let message = format!("generation {generation} stored");
         let event = Happening::normal("Applied", &format!("system/{name}"), message);
         core.record(event.of(Some(name)));
-        core.desired_changed();
     } else {
         core.confirm(name).await.map_err(|e| of_store(&e))?;
         core.wake.notify_one();
@@ -175,8 +171,8 @@ async fn delete_now(
     if record != before {
         let dropped = record.forgotten.difference(&before.forgotten);
         let dropped: Vec<String> = dropped.cloned().collect();
-        core.store_change(record).await.map_err(|e| of_store(&e))?;
         core.backoff().forget_system(name);
+        core.store_change(record).await.map_err(|e| of_store(&e))?;
         let tell = |event: Happening| core.record(event.of(Some(name)));
         let object = format!("system/{name}");
         if begins {
@@ -186,7 +182,6 @@ async fn delete_now(
             let message = format!("its part on node {node} is no longer waited for");
             tell(Happening::warning("NodeForgotten", &object, message));
         }
-        core.desired_changed();
     }
     find(core, name)
 }

@@ -1,7 +1,7 @@
 //! What all parts of the controller share: inputs, the store, what is desired, what was last observed.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use futures_util::future::{BoxFuture, Shared};
@@ -15,6 +15,7 @@ use tokio::sync::{Notify, Semaphore, watch};
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
+use crate::node_numbers;
 use crate::publish;
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
@@ -79,6 +80,10 @@ pub struct Core {
     /// Tells whether the reconcile loop goes on.
     pub pulse: Pulse,
     desired: watch::Sender<u64>,
+    /// Raised when a change that was not durable is, or was taken back.
+    pub(crate) settled: watch::Sender<u64>,
+    /// The last write of a change failed: the next one counts only once it is durable.
+    pub(crate) store_failed: AtomicBool,
     registry: Mutex<Registry>,
     world: Mutex<World>,
     pub(crate) reserved: AtomicU64,
@@ -96,6 +101,12 @@ pub struct Registry {
     pub nodes: BTreeMap<String, NodeGeneration>,
     /// Set by a restore.
     pub restored: Option<Restored>,
+    /// Systems by name whose last change counts and is not durable yet: nobody is told of it.
+    pub pending: BTreeSet<String>,
+    /// Node → numbers that were given out to it beyond the durable one.
+    pub ahead: BTreeMap<String, u64>,
+    /// Node → the next number is above this one, see [`node_numbers`](crate::node_numbers).
+    pub floors: BTreeMap<String, u64>,
 }
 
 /// What is known of the world, and what is being done about it.
@@ -167,10 +178,14 @@ impl Core {
             pulse: Pulse::default(),
             desired: watch::Sender::new(0),
             registry: Mutex::new(Registry {
+                floors: node_numbers::floors(&nodes),
                 systems,
                 nodes,
                 restored,
+                ..Registry::default()
             }),
+            settled: watch::Sender::new(0),
+            store_failed: AtomicBool::new(false),
             world: Mutex::default(),
             reserved: AtomicU64::new(revisions + REVISIONS),
             indexes: AtomicU64::new(indexes),

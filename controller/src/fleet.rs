@@ -5,10 +5,8 @@ use std::time::Duration;
 
 use futures_util::future::BoxFuture;
 use rts_agent_api::client::HttpAgent;
-use rts_agent_api::messages::{
-    Batch, GateReport, ModuleResolution, NodeSpecEnvelope, NodeSpecReceipt,
-};
-use rts_agent_api::{AgentApi, BatchEvents, ClientError};
+use rts_agent_api::messages::{Batch, GateReport, ModuleResolution, NodeSpecEnvelope};
+use rts_agent_api::{AgentApi, BatchEvents, ClientError, Saving};
 use rts_http::client::Client;
 use rts_plan::observed::Inventory;
 
@@ -22,11 +20,11 @@ pub trait Agent: Send + Sync + 'static {
     fn inventory(&self) -> BoxFuture<'_, Result<Inventory, ClientError>>;
     /// See [`AgentApi::node_spec`].
     fn node_spec(&self) -> BoxFuture<'_, Result<NodeSpecEnvelope, ClientError>>;
-    /// See [`AgentApi::put_node_spec`].
-    fn put_node_spec<'a>(
+    /// See [`AgentApi::offer_node_spec`].
+    fn offer_node_spec<'a>(
         &'a self,
         spec: &'a NodeSpecEnvelope,
-    ) -> BoxFuture<'a, Result<NodeSpecReceipt, ClientError>>;
+    ) -> BoxFuture<'a, Result<Saving, ClientError>>;
     /// See [`AgentApi::run_batch`].
     fn run_batch<'a>(&'a self, batch: &'a Batch)
     -> BoxFuture<'a, Result<BatchEvents, ClientError>>;
@@ -52,11 +50,11 @@ impl<A: AgentApi> Agent for A {
         Box::pin(AgentApi::node_spec(self))
     }
 
-    fn put_node_spec<'a>(
+    fn offer_node_spec<'a>(
         &'a self,
         spec: &'a NodeSpecEnvelope,
-    ) -> BoxFuture<'a, Result<NodeSpecReceipt, ClientError>> {
-        Box::pin(AgentApi::put_node_spec(self, spec))
+    ) -> BoxFuture<'a, Result<Saving, ClientError>> {
+        Box::pin(AgentApi::offer_node_spec(self, spec))
     }
 
     fn run_batch<'a>(

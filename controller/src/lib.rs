@@ -6,6 +6,7 @@
 mod admit;
 mod api;
 mod apply;
+mod change;
 mod core;
 mod execute;
 mod export;
@@ -16,6 +17,7 @@ mod ledger;
 mod look;
 mod metrics;
 mod moved;
+mod node_numbers;
 mod numbers;
 mod observe;
 mod publish;

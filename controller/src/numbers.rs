@@ -14,24 +14,6 @@ impl Core {
         Write::Indexes(record.index)
     }
 
-    /// Stores a change of a system under a new index, durably, then makes it known; gives the index. Wakes nobody. The
-    /// caller holds [`Core::admission`].
-    pub async fn store_change(&self, mut record: SystemRecord) -> Result<u64, StoreError> {
-        let indexes = self.number(&mut record);
-        let put = Write::PutSystem(Box::new(record.clone()));
-        let (name, index) = (record.name().to_owned(), record.index);
-        let said = self.said(&name);
-        let mut writes = vec![indexes, put];
-        writes.extend(said.clone().map(|said| Write::Restored(Some(said))));
-        self.store.write(writes).await?;
-        let mut registry = self.registry();
-        registry.systems.insert(name, record);
-        if said.is_some() {
-            registry.restored = said;
-        }
-        Ok(index)
-    }
-
     /// A user said what is stored already: since a restore that is more than the backup's word. The caller holds
     /// [`Core::admission`].
     pub async fn confirm(&self, name: &str) -> Result<(), StoreError> {
@@ -45,7 +27,7 @@ impl Core {
     }
 
     /// What a restored store remembers of itself once a user has spoken of this system; none when that is so already.
-    fn said(&self, name: &str) -> Option<Restored> {
+    pub(crate) fn said(&self, name: &str) -> Option<Restored> {
         let mut restored = self.registry().restored.clone()?;
         restored.said.insert(name.to_owned()).then_some(restored)
     }

@@ -14,12 +14,13 @@ use std::collections::BTreeMap;
 
 use rts_agent_api::messages::LedgerFence;
 use rts_controller_api::API_VERSION;
-use rts_controller_api::objects::{Kind, Metadata, Object};
+use rts_controller_api::objects::{Component, Connector, Kind, Manager, Metadata, Object, System};
 use rts_plan::observed::{Inventory, NodeObserved};
 
 use crate::core::{Core, Registry, World};
 use crate::ledger::Standing;
 use crate::sessions::NodeEntry;
+use crate::view::Resource;
 
 /// Everything that objects are made of.
 pub struct Scene<'a> {
@@ -63,19 +64,38 @@ pub fn all(core: &Core) {
     let before = |key: &str| core.view.get(key);
     let mut components = components::components(&scene, before);
     components.extend(composites::composites(&scene, &components));
-    core.view.replace(components);
-    core.view.replace(connectors::connectors(&scene));
-    core.view.replace(managers::managers(&scene));
+    let system = |component: &Component| component.spec.system.clone();
+    core.view.replace(settled(core, components, system));
+    let system = |connector: &Connector| connector.spec.system.clone();
+    let connectors = connectors::connectors(&scene);
+    core.view.replace(settled(core, connectors, system));
+    let system = |manager: &Manager| manager.spec.system.clone();
+    core.view
+        .replace(settled(core, managers::managers(&scene), system));
     let now = core.clock.now();
     let systems: Vec<_> = registry
         .systems
         .values()
+        .filter(|record| !registry.pending.contains(record.name()))
         .map(|record| {
             let before = core.view.get(record.name());
             system::system(&scene, &backoff, record, before.as_ref(), now)
         })
         .collect();
-    core.view.replace(systems);
+    let system = |system: &System| system.metadata.name.clone();
+    core.view.replace(settled(core, systems, system));
+}
+
+/// These objects, but for those of systems whose last change is not durable: they stay as they were shown last.
+fn settled<T: Resource>(core: &Core, mut objects: Vec<T>, of: impl Fn(&T) -> String) -> Vec<T> {
+    let pending = core.registry().pending.clone();
+    if pending.is_empty() {
+        return objects;
+    }
+    objects.retain(|object| !pending.contains(&of(object)));
+    let before = core.view.list::<T>().items.into_iter();
+    objects.extend(before.filter(|object| pending.contains(&of(object))));
+    objects
 }
 
 /// Nodes with whose ledgers the store does not agree.

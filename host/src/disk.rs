@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use futures_util::future::BoxFuture;
 
-use crate::files::{beside, folder_of};
+use crate::files::{self, beside, folder_of};
 
 /// What a file system does. Nothing is durable before [`Disk::sync`], or [`Disk::sync_folder`] for a name.
 pub trait Disk: Send + Sync + 'static {
@@ -22,16 +22,34 @@ pub trait Disk: Send + Sync + 'static {
     fn rename<'a>(&'a self, from: &'a Path, to: &'a Path) -> BoxFuture<'a, io::Result<()>>;
     /// Makes the names in a folder durable.
     fn sync_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<()>>;
+    /// Writes over the begin of a file that is there, and leaves what is behind. A crash later may leave any part of it.
+    fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>>;
+
+    /// Replaces a file as a whole: whoever reads it finds the old or the new contents, also after a crash. Durable when
+    /// it ends well. Only one at a time may replace a file.
+    fn replace<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        Box::pin(async move {
+            let new = beside(path)?;
+            self.write(&new, bytes).await?;
+            self.sync(&new).await?;
+            self.rename(&new, path).await?;
+            self.sync_folder(folder_of(path)).await
+        })
+    }
+
+    /// Writes over the begin of a file that is there. Durable when it ends well, and that with the one flush that this
+    /// takes; a crash before may leave a mixture of the old and the new contents.
+    fn save_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        Box::pin(async move {
+            self.write_over(path, bytes).await?;
+            self.sync(path).await
+        })
+    }
 }
 
-/// Replaces a file as a whole: whoever reads it finds the old or the new contents, also after a crash. Durable when it
-/// ends well. Only one at a time may replace a file.
+/// See [`Disk::replace`].
 pub async fn replace_durably(disk: &dyn Disk, path: &Path, bytes: Vec<u8>) -> io::Result<()> {
-    let new = beside(path)?;
-    disk.write(&new, bytes).await?;
-    disk.sync(&new).await?;
-    disk.rename(&new, path).await?;
-    disk.sync_folder(folder_of(path)).await
+    disk.replace(path, bytes).await
 }
 
 /// The file system of this machine, off the event loop.
@@ -69,6 +87,22 @@ impl Disk for FileDisk {
     fn sync_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<()>> {
         self.sync(folder)
     }
+
+    fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        let path = path.to_owned();
+        Box::pin(blocking(move || write_over(&path, &bytes).map(drop)))
+    }
+
+    // One call to a thread that may block, where the steps one by one are as many.
+    fn replace<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        let path = path.to_owned();
+        Box::pin(blocking(move || files::replace_durably(&path, &bytes)))
+    }
+
+    fn save_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        let path = path.to_owned();
+        Box::pin(blocking(move || write_over(&path, &bytes)?.sync_data()))
+    }
 }
 
 fn read(path: &Path, max: u64) -> io::Result<Option<Vec<u8>>> {
@@ -93,6 +127,13 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes)
 }
 
+/// The file is not emptied: where its length stays, nothing but its bytes has to be flushed.
+fn write_over(path: &Path, bytes: &[u8]) -> io::Result<File> {
+    let mut file = OpenOptions::new().write(true).open(path)?;
+    file.write_all(bytes)?;
+    Ok(file)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,5 +150,16 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         let nowhere = folder.path().join("none/x.json");
         assert!(replace_durably(&FileDisk, &nowhere, vec![1]).await.is_err());
+    }
+
+    #[tokio::test]
+    async fn a_file_is_written_over_in_its_place_and_is_never_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.json");
+        assert!(FileDisk.save_over(&path, vec![1]).await.is_err());
+        std::fs::write(&path, "the old text").unwrap();
+        FileDisk.save_over(&path, "THE NEW".into()).await.unwrap();
+        FileDisk.write_over(&path, "A".into()).await.unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"AHE NEW text");
     }
 }

@@ -112,8 +112,7 @@ impl Client {
         request: RequestBuilder,
     ) -> Result<T, ClientError> {
         let response = self.accept(request.timeout(self.timeout)).await?;
-        let body = self.body(response).await?;
-        serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
+        self.decode(response).await
     }
 
     /// Sends and decodes JSON, however long that takes.
@@ -122,6 +121,11 @@ impl Client {
         request: RequestBuilder,
     ) -> Result<T, ClientError> {
         let response = self.accept(request).await?;
+        self.decode(response).await
+    }
+
+    /// Decodes the JSON of an accepted request, however long that takes to come.
+    pub async fn decode<T: DeserializeOwned>(&self, response: Response) -> Result<T, ClientError> {
         let body = self.body(response).await?;
         serde_json::from_slice(&body).map_err(|e| self.protocol(&e))
     }

@@ -165,10 +165,16 @@ impl World {
         })
     }
 
-    /// The text of the ledger on a node's disk.
+    /// The text of the ledger on a node's disk: that of its two files which counts.
     pub fn ledger_text(&self, node: &str) -> Option<Vec<u8>> {
-        let path = PathBuf::from(format!("/sim/state/{node}/node-spec.json"));
-        self.nodes.get(node)?.disk.contents(&path)
+        let disk = &self.nodes.get(node)?.disk;
+        let path = |name| PathBuf::from(format!("/sim/state/{node}/{name}"));
+        let names = ["node-spec.json", "node-spec.2.json"].into_iter();
+        let texts: Vec<_> = names
+            .filter_map(|name| disk.contents(&path(name)))
+            .collect();
+        let texts: Vec<&[u8]> = texts.iter().map(Vec::as_slice).collect();
+        rts_agent::newest_ledger(&texts).map(<[u8]>::to_vec)
     }
 
     /// A life has ended.

@@ -4,15 +4,16 @@ use futures_util::stream;
 use reqwest::{Body, Method, RequestBuilder, Response};
 use rts_http::client::{Client, ClientError, segment};
 use rts_http::lines::Lines;
+use rts_http::problem::Problem;
 use rts_plan::observed::Inventory;
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::messages::{
     ActRequest, Acted, Batch, BatchEvent, BindRequest, Bound, CreateByHand, CreatedByHand, Factory,
     GateReport, InjectQuery, Injected, LogQuery, ModuleRequest, ModuleResolution, NodeInfo,
     NodeSpecEnvelope, NodeSpecReceipt, ResolveRequest, Timings, TimingsQuery,
 };
-use crate::{AgentApi, BatchEvents, paths};
+use crate::{AgentApi, BatchEvents, Saving, paths};
 
 /// An agent behind a Unix socket.
 #[derive(Debug, Clone)]
@@ -159,6 +160,14 @@ impl HttpAgent {
     }
 }
 
+/// What follows once a NodeSpec counts.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Receipt {
+    Durable(NodeSpecReceipt),
+    Failed(Problem),
+}
+
 fn of_port(instance: &str, port: &str) -> String {
     let path = paths::SAMPLES.replace("{instance}", &segment(instance));
     path.replace("{port}", &segment(port))
@@ -178,7 +187,21 @@ impl AgentApi for HttpAgent {
     }
 
     async fn put_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<NodeSpecReceipt, ClientError> {
-        self.http.send(Method::PUT, paths::NODE_SPEC, spec).await
+        self.offer_node_spec(spec).await?.await
+    }
+
+    async fn offer_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<Saving, ClientError> {
+        let request = self.http.request(Method::PUT, paths::NODE_SPEC).json(spec);
+        // An agent that does not answer once and for all is given up by the caller, or with its session.
+        let response = self.http.accept(request).await?;
+        let http = self.http.clone();
+        Ok(Box::pin(async move {
+            let receipt: Receipt = http.decode(response).await?;
+            match receipt {
+                Receipt::Durable(receipt) => Ok(receipt),
+                Receipt::Failed(problem) => Err(problem.into()),
+            }
+        }))
     }
 
     async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {

@@ -24,6 +24,9 @@ pub const PROTOCOL_VERSION: u32 = 3;
 /// Results of a batch as they come.
 pub type BatchEvents = Pin<Box<dyn Stream<Item = Result<BatchEvent, ClientError>> + Send>>;
 
+/// Ends once a NodeSpec that counts already is durable.
+pub type Saving = Pin<Box<dyn Future<Output = Result<NodeSpecReceipt, ClientError>> + Send>>;
+
 /// What the controller asks of an agent. A simulation implements it too.
 pub trait AgentApi: Send + Sync + 'static {
     /// What runs on the node now.
@@ -37,6 +40,17 @@ pub trait AgentApi: Send + Sync + 'static {
         &self,
         spec: &NodeSpecEnvelope,
     ) -> impl Future<Output = Result<NodeSpecReceipt, ClientError>> + Send;
+
+    /// The same; it counts when it returns, batches may be sent for it, and it is durable once what is given has ended well.
+    fn offer_node_spec(
+        &self,
+        spec: &NodeSpecEnvelope,
+    ) -> impl Future<Output = Result<Saving, ClientError>> + Send {
+        async {
+            let receipt = self.put_node_spec(spec).await?;
+            Ok(Box::pin(std::future::ready(Ok(receipt))) as Saving)
+        }
+    }
 
     /// Starts a batch of steps and streams its results. A dropped stream does not stop the batch.
     fn run_batch(

@@ -52,7 +52,8 @@ pub(super) async fn node_spec(_: Principal, State(agent): Shared) -> Answer<Json
     Ok(Json(agent.node_spec().await?))
 }
 
-/// Replaces what the node should run. Durable when it returns.
+/// Replaces what the node should run. It counts, and batches may be sent for it, once the status is there; the body
+/// follows when it is durable, and is a problem when it cannot be made so: then it is to be sent again.
 #[utoipa::path(
     put,
     path = paths::NODE_SPEC,
@@ -67,8 +68,16 @@ pub(super) async fn put_node_spec(
     _: Principal,
     State(agent): Shared,
     Json(offered): Json<Sealed>,
-) -> Answer<Json<NodeSpecReceipt>> {
-    Ok(Json(agent.put_node_spec(offered).await?))
+) -> Answer<Response> {
+    let saving = agent.offer_node_spec(offered).await?;
+    let body = stream::once(async move {
+        match saving.await {
+            Ok(receipt) => serde_json::to_vec(&receipt),
+            Err(problem) => serde_json::to_vec(&problem),
+        }
+    });
+    let kind = [(CONTENT_TYPE, "application/json")];
+    Ok((kind, Body::from_stream(body)).into_response())
 }
 
 /// Where the modules of types are.

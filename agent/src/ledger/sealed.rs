@@ -112,6 +112,12 @@ fn digest(text: &RawValue) -> String {
     hex(&Sha256::digest(compact(text.get())))
 }
 
+/// SHA-256 over a number and all of an envelope, hexadecimal, whatever blanks are between its tokens.
+pub(super) fn checksum(number: u64, sealed: &Sealed) -> Result<String, serde_json::Error> {
+    let text = compact(&serde_json::to_string(sealed)?);
+    Ok(hex(&Sha256::digest(format!("{number}\n{text}"))))
+}
+
 /// A JSON text without the blanks between its tokens.
 fn compact(text: &str) -> String {
     let (mut quoted, mut escaped) = (false, false);

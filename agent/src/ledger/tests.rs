@@ -157,6 +157,13 @@ fn a_wrong_digest_or_node_is_invalid() {
     );
 }
 
+/// Accepts a spec, and makes it durable.
+async fn put(ledger: &mut Ledger, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
+    let receipt = ledger.accept(offered).await?;
+    ledger.saver().save().await?;
+    Ok(receipt)
+}
+
 #[tokio::test]
 async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -164,9 +171,23 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let mut ledger = load().await.unwrap();
     assert!(ledger.held().is_none());
     let first = envelope("a", 1, 1, &["hello"]);
-    assert!(ledger.put(first.clone().into()).await.unwrap().changed);
-    assert!(!ledger.put(first.clone().into()).await.unwrap().changed);
-    assert!(ledger.put(envelope("a", 1, 0, &[]).into()).await.is_err());
+    assert!(
+        put(&mut ledger, first.clone().into())
+            .await
+            .unwrap()
+            .changed
+    );
+    assert!(
+        !put(&mut ledger, first.clone().into())
+            .await
+            .unwrap()
+            .changed
+    );
+    assert!(
+        put(&mut ledger, envelope("a", 1, 0, &[]).into())
+            .await
+            .is_err()
+    );
 
     let again = load().await.unwrap();
     assert_eq!(again.held(), Some(&first));
@@ -174,28 +195,138 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let mut taken = envelope("b", 4, 2, &["hello"]);
     taken.take_over = Some(ledger_fence(&first));
     let mut ledger = again;
-    assert!(ledger.put(taken.clone().into()).await.unwrap().changed);
+    assert!(
+        put(&mut ledger, taken.clone().into())
+            .await
+            .unwrap()
+            .changed
+    );
     // Told again, since the answer was lost: it is so already.
-    assert!(!ledger.put(taken.clone().into()).await.unwrap().changed);
+    assert!(
+        !put(&mut ledger, taken.clone().into())
+            .await
+            .unwrap()
+            .changed
+    );
     let again = load().await.unwrap();
     let kept = again.held().unwrap();
     assert_eq!(ledger_fence(kept), ledger_fence(&taken));
     assert_eq!(kept.take_over, None);
-    assert!(ledger.put(envelope("a", 9, 9, &[]).into()).await.is_err());
+    assert!(
+        put(&mut ledger, envelope("a", 9, 9, &[]).into())
+            .await
+            .is_err()
+    );
 
-    let path = folder.path().join(FILE);
+    // The second was the newer one: without it, the first counts.
+    let [path, newer] = FILES.map(|name| folder.path().join(name));
+    std::fs::write(&newer, "{").unwrap();
+    let again = load().await.unwrap();
+    assert_eq!(again.held(), Some(&first));
     let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, text.replace("uid-hello", "uid-other")).unwrap();
-    let error = load().await.err().unwrap();
-    assert!(error.to_string().contains("digest"), "{error}");
-    std::fs::write(&path, &text[..20]).unwrap();
-    assert!(load().await.is_err());
+    let damage = async |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        load().await.err().unwrap().to_string()
+    };
+    let error = damage(&text.replace("uid-hello", "uid-other")).await;
+    assert!(error.contains("digest"), "{error}");
+    let error = damage(&text.replace("\"epoch\": 1", "\"epoch\": 7")).await;
+    assert!(error.contains("checksum"), "{error}");
+    let error = damage(&text[..20]).await;
+    assert!(error.contains("is damaged"), "{error}");
+}
+
+#[tokio::test]
+async fn two_files_take_turns_and_what_is_torn_gives_way_to_the_one_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = || Ledger::load("local", folder.path(), Arc::new(FileDisk));
+    let mut ledger = load().await.unwrap();
+    let long: Vec<String> = (0..2000).map(|n| format!("system{n}")).collect();
+    let long: Vec<&str> = long.iter().map(String::as_str).collect();
+    // Grown, then shorter again: nothing is left behind what is written.
+    for (generation, systems) in [
+        (1, &["a"][..]),
+        (2, &long),
+        (3, &long),
+        (4, &["b"]),
+        (5, &[]),
+    ] {
+        let spec = envelope("a", 1, generation, systems);
+        put(&mut ledger, spec.clone().into()).await.unwrap();
+        assert_eq!(ledger.saved(), Some(ledger_fence(&spec)));
+        ledger = load().await.unwrap();
+        assert_eq!(ledger.held(), Some(&spec));
+    }
+    let texts = FILES.map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    let generation = |text: &[u8]| file::parse(text).unwrap().1.envelope().generation;
+    assert_eq!(texts.each_ref().map(|t| generation(t)), [5, 4]);
+    let (old, new) = (&texts[1], &texts[0]);
+    // Whatever part of the newer one did not come to the disk, what is read is one of the two, whole.
+    for cut in (0..new.len()).step_by(509) {
+        let torn = [&new[..cut], &old[cut..]].concat();
+        let found = newest(&[&torn, old]).map(generation);
+        assert!(matches!(found, Some(4 | 5)), "{cut}: {found:?}");
+    }
+    assert_eq!(newest(&[&new[..9], b""]), None);
+}
+
+#[tokio::test]
+async fn a_spec_counts_before_it_is_durable_unless_it_says_whom_the_node_obeys() {
+    let home = tempfile::tempdir_in("/tmp").unwrap();
+    let (disk, mut begins, go) = SlowDisk::new(".json");
+    let agent = crate::fixtures::agent_with(home.path(), disk.clone()).await;
+    let offer = |epoch, generation| {
+        let (agent, spec) = (agent.clone(), envelope("a", epoch, generation, &[]));
+        tokio::spawn(async move { agent.offer_node_spec(spec.into()).await })
+    };
+    let held = async || {
+        agent
+            .ledger
+            .lock()
+            .await
+            .fence()
+            .map(|f| (f.epoch, f.generation))
+    };
+    let saved = async || {
+        agent
+            .ledger
+            .lock()
+            .await
+            .saved()
+            .map(|f| (f.epoch, f.generation))
+    };
+    // The first of all: nobody is told of it before it is durable.
+    let first = offer(1, 1);
+    assert_eq!(begins.recv().await, Some(()));
+    assert!(!first.is_finished());
+    go.send(()).unwrap();
+    let first = first.await.unwrap().unwrap();
+    assert!(first.await.unwrap().changed);
+    // The next counts at once.
+    let saving = offer(1, 2).await.unwrap().unwrap();
+    assert_eq!(begins.recv().await, Some(()));
+    assert_eq!((held().await, saved().await), (Some((1, 2)), Some((1, 1))));
+    // Told again meanwhile, it is the same, and just as little durable.
+    let again = offer(1, 2).await.unwrap().unwrap();
+    let mut again = tokio::spawn(again);
+    assert!(futures_util::FutureExt::now_or_never(&mut again).is_none());
+    go.send(()).unwrap();
+    assert!(saving.await.unwrap().changed);
+    assert!(!again.await.unwrap().unwrap().changed);
+    assert_eq!(saved().await, Some((1, 2)));
+    // A raised epoch is durable first.
+    let raised = offer(2, 1);
+    assert_eq!(begins.recv().await, Some(()));
+    assert!(!raised.is_finished());
+    go.send(()).unwrap();
+    raised.await.unwrap().unwrap();
+    assert_eq!(held().await, Some((2, 1)));
 }
 
 #[tokio::test]
 async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
-    let (disk, mut begins, go) = SlowDisk::new(FILE);
+    let (disk, mut begins, go) = SlowDisk::new(FILES[0]);
     let agent = crate::fixtures::agent_with(home.path(), disk.clone()).await;
     let first = agent.clone();
     let first =
@@ -237,7 +368,7 @@ fn old_envelope(spec: &str) -> String {
 #[tokio::test]
 async fn a_ledger_of_the_version_before_is_read_kept_as_it_was_and_names_the_same_parts() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(FILE);
+    let path = folder.path().join(FILES[0]);
     let load = || Ledger::load("local", folder.path(), Arc::new(FileDisk));
     let text = old_envelope(OLD);
     // A field that is new since then is written by nobody who reads it.
@@ -253,8 +384,10 @@ async fn a_ledger_of_the_version_before_is_read_kept_as_it_was_and_names_the_sam
     // Offered by the controller of that version, it is the same; saved and read again, it is whole.
     let offered: Sealed = serde_json::from_str(&text).unwrap();
     let mut ledger = ledger;
-    assert!(!ledger.put(offered.clone()).await.unwrap().changed);
-    ledger.save(&offered).await.unwrap();
+    assert!(!put(&mut ledger, offered.clone()).await.unwrap().changed);
+    let (number, sealed) = file::parse(text.as_bytes()).unwrap();
+    ledger.files.save(number + 1, &sealed).await.unwrap();
+    std::fs::remove_file(&path).unwrap();
     let again = load().await.unwrap();
     assert_eq!(again.sealed().unwrap().parts(), parts);
 

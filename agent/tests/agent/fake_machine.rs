@@ -388,6 +388,17 @@ impl Disk for FakeDisk {
         Box::pin(async { Ok(()) })
     }
 
+    fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        Box::pin(async move {
+            let mut files = self.0.lock().unwrap();
+            let old = files.get(path).ok_or(io::ErrorKind::NotFound)?;
+            let behind = old.get(bytes.len()..).unwrap_or_default();
+            let new = [&bytes, behind].concat();
+            files.insert(path.to_owned(), new);
+            Ok(())
+        })
+    }
+
     fn rename<'a>(&'a self, from: &'a Path, to: &'a Path) -> BoxFuture<'a, io::Result<()>> {
         Box::pin(async move {
             let mut files = self.0.lock().unwrap();

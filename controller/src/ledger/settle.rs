@@ -234,6 +234,9 @@ pub async fn commit(
 
 /// A node's ledger was written in this store's name: nothing of before its restore is left there.
 pub async fn settled(core: &Core, node: &str) {
+    if core.registry().restored.is_none() {
+        return;
+    }
     let _admission = core.admission.lock().await;
     let restored = core.registry().restored.clone();
     let open = restored.filter(|restored| !restored.settled.contains(node));

@@ -1,4 +1,5 @@
-//! Gives every node its whole NodeSpec before any step: with a generation that is durable before it is sent.
+//! Gives every node its whole NodeSpec before any step. An agent takes steps for it as soon as it counts there; only when
+//! it is durable there, the node is told.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -6,9 +7,11 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 use rts_agent_api::messages::NodeSpecEnvelope;
+use rts_agent_api::{ClientError, Saving};
 use rts_host::timing::TARGET;
 use rts_plan::Placed;
 use rts_plan::desired::{Desired, NodeSpec};
+use tokio::task::JoinSet;
 use tracing::{Instrument, info_span};
 
 use crate::admit;
@@ -16,19 +19,35 @@ use crate::core::Core;
 use crate::fleet::Agent;
 use crate::ledger::fence;
 use crate::ledger::settle::settled;
+use crate::node_numbers::Number;
 use crate::sessions::Lost;
 
 /// Time for an agent to store a NodeSpec.
 const DEADLINE: Duration = Duration::from_secs(5);
 
-/// What each agent is known to have stored.
+/// What each agent is known to have taken, and stored.
 pub struct NodeSpecs {
     core: Arc<Core>,
-    /// Node → session and generation that its agent acknowledged.
-    acked: BTreeMap<String, (String, u64)>,
+    /// Node → session and generation for which its agent takes steps.
+    taken: Taken,
+    /// Node → session and generation that its agent has acknowledged as durable.
+    acked: Taken,
+    /// What is being made durable.
+    saving: JoinSet<Saved>,
     /// Node → digest of the spec that it is to have by what is desired now. A node that was away when the others were told
     /// may be back with the spec of before.
     wanted: BTreeMap<String, String>,
+}
+
+/// Node → session and generation.
+type Taken = BTreeMap<String, (String, u64)>;
+
+/// What came of an agent's making a spec durable.
+struct Saved {
+    node: String,
+    session: String,
+    generation: u64,
+    answer: Result<(), String>,
 }
 
 struct Sending {
@@ -43,14 +62,25 @@ impl NodeSpecs {
     pub fn new(core: Arc<Core>) -> Self {
         Self {
             core,
+            taken: BTreeMap::new(),
             acked: BTreeMap::new(),
+            saving: JoinSet::new(),
             wanted: BTreeMap::new(),
         }
     }
 
-    /// The generation that an agent's ledger holds, when that is the newest.
+    /// The generation for which an agent takes steps, when that is the newest.
+    pub fn taken(&self, node: &str, session: &str) -> Option<u64> {
+        self.newest(&self.taken, node, session)
+    }
+
+    /// The generation that is durable in an agent's ledger, when that is the newest.
     pub fn acked(&self, node: &str, session: &str) -> Option<u64> {
-        let (by, generation) = self.acked.get(node)?;
+        self.newest(&self.acked, node, session)
+    }
+
+    fn newest(&self, of: &Taken, node: &str, session: &str) -> Option<u64> {
+        let (by, generation) = of.get(node)?;
         let registry = self.core.registry();
         let newest = registry.nodes.get(node)?;
         let wanted = self.wanted.get(node);
@@ -118,46 +148,69 @@ impl NodeSpecs {
         }
     }
 
-    /// Sends what is not acknowledged yet. Gives the nodes that did not take theirs, and why.
+    /// Sends what no agent has taken yet. Gives the nodes that did not take theirs, or did not make it durable, and why.
     /// Nothing is sent to nodes that are `fenced`.
     pub async fn send(
         &mut self,
         desired: &Desired,
         fenced: &BTreeMap<String, String>,
     ) -> BTreeMap<String, String> {
-        let mut faults = BTreeMap::new();
+        let mut faults = self.collect();
         let mut sendings = Vec::new();
         for (node, spec) in &desired.nodes {
             if fenced.contains_key(node) {
+                self.taken.remove(node);
                 self.acked.remove(node);
                 continue;
             }
             let digest = rts_plan::digest(spec);
             self.wanted.insert(node.clone(), digest.clone());
+            // It is sent anew the next time.
+            if faults.contains_key(node) {
+                continue;
+            }
             match self.prepare(node, spec, digest).await {
                 Ok(sending) => sendings.extend(sending),
                 Err(reason) => drop(faults.insert(node.clone(), reason)),
             }
         }
         let core = Arc::clone(&self.core);
-        let puts = sendings.into_iter().map(|sending| put(&core, sending));
-        for (sending, answer) in join_all(puts).await {
+        let offers = sendings.into_iter().map(|sending| offer(&core, sending));
+        for (sending, answer) in join_all(offers).await {
             match answer {
-                Ok(()) => {
-                    let ledger = fence(&sending.envelope);
-                    self.core
-                        .sessions
-                        .stored(&sending.node, &sending.session, ledger);
-                    settled(&self.core, &sending.node).await;
+                Ok(saving) => {
                     // What it told before says nothing about the new spec.
-                    self.core.sessions.doubt(&sending.node);
-                    let acked = (sending.session, sending.envelope.generation);
-                    self.acked.insert(sending.node, acked);
+                    core.sessions.doubt(&sending.node);
+                    let taken = (sending.session.clone(), sending.envelope.generation);
+                    self.taken.insert(sending.node.clone(), taken);
+                    self.saving.spawn(saved(Arc::clone(&core), sending, saving));
                 }
                 Err(reason) => {
-                    tracing::warn!(node = sending.node, reason, "node spec not stored");
+                    tracing::warn!(node = sending.node, reason, "node spec not taken");
                     faults.insert(sending.node, reason);
                 }
+            }
+        }
+        // Where nothing had to be waited for, it is told at once.
+        faults.extend(self.collect());
+        faults
+    }
+
+    /// Takes in what was made durable. Gives the nodes whose agents could not, and why.
+    fn collect(&mut self) -> BTreeMap<String, String> {
+        let mut faults = BTreeMap::new();
+        while let Some(joined) = self.saving.try_join_next() {
+            let Ok(saved) = joined else { continue };
+            let (node, taken) = (saved.node, (saved.session, saved.generation));
+            match saved.answer {
+                Ok(()) => drop(self.acked.insert(node, taken)),
+                Err(reason) if self.taken.get(&node) == Some(&taken) => {
+                    tracing::warn!(node, reason, "node spec not stored");
+                    self.taken.remove(&node);
+                    faults.insert(node, reason);
+                }
+                // It was replaced meanwhile.
+                Err(_) => {}
             }
         }
         faults
@@ -170,35 +223,23 @@ impl NodeSpecs {
         spec: &NodeSpec,
         digest: String,
     ) -> Result<Option<Sending>, String> {
-        let stored = self.core.registry().nodes.get(node).cloned();
-        // Numbers are given out only where they are sent: a node that is away may come back with newer ones.
+        let Some(number) = self.core.number_of(node, spec, &digest) else {
+            return Ok(None);
+        };
+        let given = match number {
+            Number::Given(given) => given,
+            Number::New(given) => {
+                let span = info_span!(target: TARGET, "store", of = format!("node/{node}"));
+                let given = self.core.give_number(node, given).instrument(span).await;
+                given.map_err(|e| crate::chain(&e))?
+            }
+            // Its end wakes the loop.
+            Number::Pending => return Ok(None),
+        };
         let Some(entry) = self.core.sessions.get(node).filter(|entry| !entry.lost) else {
             return Ok(None);
         };
-        let ledger = entry.session.ledger.as_ref();
-        let own = ledger.filter(|ledger| ledger.cluster_uid == self.core.cluster_uid);
-        let known = stored.is_some() || own.is_some() || entry.session.claim.is_some();
-        if !known && spec.systems.is_empty() {
-            return Ok(None);
-        }
-        let epoch = self.core.epoch();
-        let mut given = stored.unwrap_or_default();
-        if let Some(ledger) = own.filter(|ledger| ledger.generation > given.generation) {
-            // The store wins over a newer ledger: its next number must be above what the agent has seen.
-            given.generation = ledger.generation;
-            given.digest.clear();
-        }
-        if given.digest != digest || given.epoch != epoch {
-            given.generation += 1;
-            given.epoch = epoch;
-            given.digest.clone_from(&digest);
-            let put = self.core.store.put_node(node.to_owned(), given.clone());
-            let span = info_span!(target: TARGET, "store", of = format!("node/{node}"));
-            put.instrument(span).await.map_err(|e| crate::chain(&e))?;
-            let mut registry = self.core.registry();
-            registry.nodes.insert(node.to_owned(), given.clone());
-        }
-        if self.acked(node, &entry.session.id).is_some() {
+        if self.taken(node, &entry.session.id).is_some() {
             return Ok(None);
         }
         Ok(Some(Sending {
@@ -207,7 +248,7 @@ impl NodeSpecs {
             agent: entry.session.agent,
             envelope: NodeSpecEnvelope {
                 cluster_uid: self.core.cluster_uid.clone(),
-                epoch,
+                epoch: given.epoch,
                 generation: given.generation,
                 digest,
                 take_over: entry.session.claim,
@@ -217,23 +258,48 @@ impl NodeSpecs {
     }
 }
 
-/// Sends one node's spec and waits until its agent has stored it, or is lost.
-async fn put(core: &Core, sending: Sending) -> (Sending, Result<(), String>) {
-    let stored = sending.agent.put_node_spec(&sending.envelope);
+/// Sends one node's spec and waits until it counts there, or its agent is lost.
+async fn offer(core: &Core, sending: Sending) -> (Sending, Result<Saving, String>) {
+    let offered = sending.agent.offer_node_spec(&sending.envelope);
     let span = info_span!(target: TARGET, "send", of = format!("node/{}", sending.node));
-    let stored = stored.instrument(span);
-    let stored = tokio::time::timeout(DEADLINE, stored);
-    let stored = core
+    let answer = within(core, &sending, offered.instrument(span)).await;
+    (sending, answer)
+}
+
+/// Waits until a spec is durable on its node, and then says so.
+async fn saved(core: Arc<Core>, sending: Sending, saving: Saving) -> Saved {
+    let answer = within(&core, &sending, saving).await.map(drop);
+    if answer.is_ok() {
+        let ledger = fence(&sending.envelope);
+        core.sessions
+            .stored(&sending.node, &sending.session, ledger);
+        settled(&core, &sending.node).await;
+    }
+    core.wake.notify_one();
+    Saved {
+        node: sending.node,
+        session: sending.session,
+        generation: sending.envelope.generation,
+        answer,
+    }
+}
+
+async fn within<T>(
+    core: &Core,
+    sending: &Sending,
+    work: impl Future<Output = Result<T, ClientError>>,
+) -> Result<T, String> {
+    let work = tokio::time::timeout(DEADLINE, work);
+    let work = core
         .sessions
-        .while_live(&sending.node, &sending.session, stored);
-    let answer = match stored.await {
-        Ok(Ok(Ok(_))) => Ok(()),
+        .while_live(&sending.node, &sending.session, work);
+    match work.await {
+        Ok(Ok(Ok(done))) => Ok(done),
         Ok(Ok(Err(e))) => Err(format!("its agent refused the node's spec: {e}")),
         Ok(Err(_)) => Err(format!(
             "its agent did not store the node's spec within {} s",
             DEADLINE.as_secs()
         )),
         Err(Lost) => Err("its agent was lost".to_owned()),
-    };
-    (sending, answer)
+    }
 }

@@ -225,14 +225,14 @@ impl Runs {
         }
     }
 
-    /// Nodes of a plan whose agent has stored the newest NodeSpec.
+    /// Nodes of a plan whose agent takes steps for the newest NodeSpec.
     fn peers(&self, plan: &Plan, specs: &NodeSpecs, seen: &Revisions) -> BTreeMap<String, Peer> {
         let nodes: BTreeSet<&String> = plan.steps.iter().map(|step| &step.node).collect();
         let sessions = self.core.sessions.all().into_iter();
         let ready = sessions.filter(|(node, entry)| !entry.lost && nodes.contains(node));
         ready
             .filter_map(|(node, entry)| {
-                let generation = specs.acked(&node, &entry.session.id)?;
+                let generation = specs.taken(&node, &entry.session.id)?;
                 let core = Arc::clone(&self.core);
                 let (name, session) = (node.clone(), entry.session.id.clone());
                 let seen = seen.get(&node).map(|revision| Seen {

@@ -2,12 +2,16 @@
 
 use std::collections::BTreeSet;
 
+use rts_host::timing::TARGET;
 use rts_plan::desired::SystemRef;
 use rts_plan::observed::{Inventory, NodeObserved, Observed};
 
+use tracing::{Instrument, info_span};
+
 use super::node_specs::NodeSpecs;
 use crate::core::Core;
-use crate::store::SystemRecord;
+use crate::node_numbers;
+use crate::store::{StoreError, SystemRecord, Write};
 use crate::view::Happening;
 
 /// Forgets systems that are gone. True when there was one: the nodes' specs change once more.
@@ -17,16 +21,22 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
     let observed = core.world().observed.clone();
     let systems = core.registry().systems.clone();
     let mut any = false;
-    for record in systems.values().filter(|record| record.deleted.is_some()) {
+    let pending = core.registry().pending.clone();
+    let ending =
+        |record: &&SystemRecord| record.deleted.is_some() && !pending.contains(record.name());
+    for record in systems.values().filter(ending) {
         if busy.contains(&record.uid) || !is_gone(core, specs, &observed, record) {
             continue;
         }
         let name = record.name().to_owned();
-        if let Err(e) = core.store.remove_system(name.clone()).await {
-            tracing::error!(system = name, error = %crate::chain(&e), "a system cannot be removed");
-            continue;
+        match remove(core, record).await {
+            Ok(true) => {}
+            Ok(false) => continue,
+            Err(e) => {
+                tracing::error!(system = name, error = %crate::chain(&e), "a system cannot be removed");
+                continue;
+            }
         }
-        core.registry().systems.remove(&name);
         core.backoff().forget_system(&name);
         let event = Happening::normal("Deleted", &format!("system/{name}"), "nothing of it runs");
         core.record(event.of(Some(&name)));
@@ -36,6 +46,26 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
         core.publish();
     }
     any
+}
+
+/// Removes a system, and gives its nodes the numbers that they are told so with. False when it was changed meanwhile.
+async fn remove(core: &Core, record: &SystemRecord) -> Result<bool, StoreError> {
+    let _admission = core.admission.lock().await;
+    let name = record.name();
+    let mut records = core.registry().systems.clone();
+    if records.remove(name).as_ref() != Some(record) {
+        return Ok(false);
+    }
+    let placed = core.place_all(&records);
+    let numbers = core.next_numbers(&core.registry(), &placed.desired);
+    let mut writes = vec![Write::RemoveSystem(name.to_owned())];
+    writes.extend(node_numbers::writes(&numbers));
+    let span = info_span!(target: TARGET, "store", of = format!("end of system/{name}"));
+    core.store.write(writes).instrument(span).await?;
+    let mut registry = core.registry();
+    registry.systems.remove(name);
+    registry.numbered(&numbers);
+    Ok(true)
 }
 
 fn is_gone(core: &Core, specs: &NodeSpecs, observed: &Observed, record: &SystemRecord) -> bool {

@@ -26,6 +26,8 @@ struct File {
     bytes: Vec<u8>,
     /// What was synced last; none when nothing ever was.
     durable: Option<Vec<u8>>,
+    /// It was emptied since then, not only written over.
+    emptied: bool,
 }
 
 /// Something done to a name.
@@ -76,6 +78,16 @@ impl Files {
         };
         let file = self.files.entry(file).or_default();
         file.bytes = bytes.to_vec();
+        file.emptied = true;
+    }
+
+    /// Writes over the begin of a file that is there.
+    pub fn write_over(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        let file = self.names.get(path).ok_or_else(|| missing(path))?;
+        let file = self.files.entry(*file).or_default();
+        let behind = file.bytes.get(bytes.len()..).unwrap_or_default();
+        file.bytes = [bytes, behind].concat();
+        Ok(())
     }
 
     fn make(&mut self, path: &Path) -> u64 {
@@ -94,6 +106,7 @@ impl Files {
         let file = self.names.get(path).ok_or_else(|| missing(path))?;
         if let Some(file) = self.files.get_mut(file) {
             file.durable = Some(file.bytes.clone());
+            file.emptied = false;
         }
         Ok(())
     }
@@ -160,6 +173,17 @@ impl File {
             match &self.durable {
                 // It was not even emptied.
                 Some(durable) if chance.chance(0.25) => self.bytes.clone_from(durable),
+                // Some of its blocks are new, some are old.
+                Some(durable) if !self.emptied => {
+                    let from = chance.between(0, self.bytes.len() as u64) as usize;
+                    let to = chance.between(from as u64, self.bytes.len() as u64) as usize;
+                    let mut mixed = durable.clone();
+                    if mixed.len() < to {
+                        mixed.resize(to, 0);
+                    }
+                    mixed[from..to].copy_from_slice(&self.bytes[from..to]);
+                    self.bytes = mixed;
+                }
                 _ => {
                     let kept = chance.between(0, self.bytes.len() as u64);
                     self.bytes.truncate(kept as usize);
@@ -167,5 +191,6 @@ impl File {
             }
         }
         self.durable = Some(self.bytes.clone());
+        self.emptied = false;
     }
 }

@@ -54,6 +54,20 @@ impl Disk for Grip {
         }))
     }
 
+    fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>> {
+        Box::pin(self.life.call(async move {
+            self.disk.delay().await;
+            let cut = self.disk.0.faults.between(0, bytes.len() as u64) as usize;
+            let refused = self.disk.refuse(io::ErrorKind::StorageFull);
+            self.disk.files().write_over(path, &bytes[..cut])?;
+            refused?;
+            // A crash may come when some of it is written.
+            self.life.pass().await;
+            self.disk.delay().await;
+            self.disk.files().write_over(path, &bytes)
+        }))
+    }
+
     fn sync<'a>(&'a self, path: &'a Path) -> BoxFuture<'a, io::Result<()>> {
         self.call(move |disk| {
             disk.refuse(io::ErrorKind::StorageFull)?;

@@ -9,7 +9,7 @@ use rts_agent_api::messages::{
     Batch, BindRequest, Bound, GateReport, LedgerFence, ModuleResolution, NodeSpecEnvelope,
     NodeSpecReceipt,
 };
-use rts_agent_api::{AgentApi, BatchEvents, ClientError};
+use rts_agent_api::{AgentApi, BatchEvents, ClientError, Saving};
 use rts_plan::observed::Inventory;
 use tokio::task::yield_now;
 use tokio::time::timeout;
@@ -26,6 +26,7 @@ const PEER: Duration = Duration::from_secs(3);
 const TURNS: u32 = 16;
 
 /// The agent of a node, for a life of the controller. It is whoever serves there when a request comes.
+#[derive(Clone)]
 pub(super) struct Remote {
     pub hosts: Hosts,
     pub life: Life,
@@ -88,6 +89,18 @@ impl AgentApi for Remote {
             Box::pin(async move { put(&hosts, &node.life, &node.api, &spec).await })
         })
         .await
+    }
+
+    async fn offer_node_spec(&self, spec: &NodeSpecEnvelope) -> Result<Saving, ClientError> {
+        let offered = Arc::new(spec.clone());
+        let work = move |node: Node| -> Work<_> {
+            let spec = Arc::clone(&offered);
+            // It is made durable whether somebody waits for that or not.
+            Box::pin(async move { node.api.offer_node_spec(&spec).await.map(drop) })
+        };
+        self.soon(work).await?;
+        let (agent, spec) = (self.clone(), spec.clone());
+        Ok(Box::pin(async move { agent.put_node_spec(&spec).await }))
     }
 
     async fn run_batch(&self, batch: &Batch) -> Result<BatchEvents, ClientError> {
