@@ -28,6 +28,11 @@ impl LocalAgent {
         self.0.info()
     }
 
+    /// Its HTTP API, for a server.
+    pub fn router(&self) -> axum::Router {
+        crate::api::router(self.0.clone())
+    }
+
     /// Lets a connector of another node come to an in-port.
     pub async fn bind(&self, request: &BindRequest) -> Result<Bound, ClientError> {
         Ok(self.0.bind_for_peer(request.clone()).await?)

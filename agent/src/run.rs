@@ -9,9 +9,6 @@ use crate::api;
 use crate::config::Config;
 use crate::serve::serve;
 
-/// Open files that are enough for any node.
-const MAX_FILES: u64 = 65_536;
-
 /// An agent that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
@@ -37,7 +34,7 @@ pub fn run(config: Config) -> Result<(), RunError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
-    raise_file_limit();
+    rts_host::limits::raise_open_files();
     let result = runtime.block_on(async {
         let mut term = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
@@ -58,23 +55,6 @@ pub fn run(config: Config) -> Result<(), RunError> {
         announce(&serde_json::json!({ "ready": false, "error": chain(e) }));
     }
     result
-}
-
-/// A node with many managers needs many files; the usual soft limit of 1024 is meant for programs that use `select`.
-fn raise_file_limit() {
-    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-    let limit = getrlimit(Resource::Nofile);
-    let wanted = limit.maximum.unwrap_or(MAX_FILES).min(MAX_FILES);
-    if limit.current.is_none_or(|current| current >= wanted) {
-        return;
-    }
-    let raised = Rlimit {
-        current: Some(wanted),
-        maximum: limit.maximum,
-    };
-    if let Err(e) = setrlimit(Resource::Nofile, raised) {
-        tracing::warn!("cannot raise the limit of open files to {wanted}: {e}");
-    }
 }
 
 /// An error and its causes in one line.

@@ -72,6 +72,8 @@ enum Fail {
 
 fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
+    // Each agent takes a connection each way.
+    rts_host::limits::raise_open_files();
     let mut home = Home::take(&config.home).map_err(|e| before(e.into()))?;
     let store =
         RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;

@@ -19,6 +19,7 @@ pub mod program;
 pub mod run;
 pub mod schedule;
 pub mod seed;
+pub mod served;
 pub mod store;
 pub mod trace;
 pub mod truth;

@@ -3,6 +3,7 @@
 mod args;
 mod one;
 mod seeds;
+mod serve;
 mod show;
 
 use std::process::ExitCode;
@@ -25,6 +26,7 @@ pub fn main() -> ExitCode {
     let done = match args.mode() {
         Mode::One(seed) => one::run(&args, seed),
         Mode::Many => seeds::run(&args),
+        Mode::Serve(served) => return serve::run(&served),
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,

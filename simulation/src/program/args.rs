@@ -2,7 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::str::FromStr;
+
+use crate::served::Served;
 
 /// What `--help` says.
 pub(super) const HELP: &str = "\
@@ -22,6 +25,10 @@ Usage: simulate [OPTIONS]
   --minimise       make a schedule that fails smaller [default with --seeds]
   --no-minimise    do not
   --json           print what came of it as one line of JSON
+  --serve HOME     no seed: serve agents over simulated machines to the real controller of this home, in real time, until
+                   standard input is closed; prints a line of JSON when all serve
+  --first N        number of the first node, whose name is nN [default: 0]
+  --count N        number of nodes [default: 1]
   -h, --help       print this
 
 Exit code: 0 when all invariants held, 1 when one did not, 2 when it cannot run.";
@@ -40,6 +47,9 @@ pub(super) struct Args {
     pub schedule: bool,
     pub minimise: bool,
     pub json: bool,
+    pub serve: Option<PathBuf>,
+    pub first: u32,
+    pub count: u32,
     pub help: bool,
 }
 
@@ -47,11 +57,20 @@ pub(super) struct Args {
 pub(super) enum Mode {
     One(u64),
     Many,
+    Serve(Served),
 }
 
 impl Args {
     pub fn mode(&self) -> Mode {
-        self.seed.map_or(Mode::Many, Mode::One)
+        match (&self.serve, self.seed) {
+            (Some(home), _) => Mode::Serve(Served {
+                home: home.clone(),
+                first: self.first,
+                count: self.count,
+            }),
+            (None, Some(seed)) => Mode::One(seed),
+            (None, None) => Mode::Many,
+        }
     }
 }
 
@@ -69,6 +88,9 @@ pub(super) fn parse(args: impl Iterator<Item = String>) -> Result<Args, String> 
         schedule: false,
         minimise: true,
         json: false,
+        serve: None,
+        first: 0,
+        count: 1,
         help: false,
     };
     let mut minimise = None;
@@ -91,6 +113,9 @@ pub(super) fn parse(args: impl Iterator<Item = String>) -> Result<Args, String> 
             "--minimise" => minimise = Some(true),
             "--no-minimise" => minimise = Some(false),
             "--json" => found.json = true,
+            "--serve" => found.serve = Some(value()?.into()),
+            "--first" => found.first = number(&arg, &value()?)?,
+            "--count" => found.count = number(&arg, &value()?)?,
             "-h" | "--help" => found.help = true,
             _ => return Err(format!("there is no option {arg}")),
         }
@@ -120,8 +145,15 @@ mod tests {
         let one = of(&["--seed", "42", "--without", "f0,d1", "--log"]).unwrap();
         assert_eq!(one.seed, Some(42));
         assert!(one.trace && !one.minimise && one.without.contains("d1"));
+        let served = of(&["--serve=/h", "--first", "3", "--count", "2"]).unwrap();
+        let Mode::Serve(served) = served.mode() else {
+            panic!("agents were to be served");
+        };
+        assert_eq!((served.first, served.count), (3, 2));
         for wrong in [
             &["--seeds"][..],
+            &["--serve"],
+            &["--count", "-1"],
             &["--jobs", "0"],
             &["--seed", "x"],
             &["more"],
