@@ -22,6 +22,9 @@ pub struct Config {
     pub controller_socket: Option<PathBuf>,
     /// After so long without a controller the agent heals its node by itself; none for never.
     pub heal_after: Option<Duration>,
+    /// Manager processes that are kept ready to become any manager, at most [`Config::MOST_IDLE`]; none for spawning each
+    /// manager anew, without a zygote.
+    pub idle_managers: Option<u8>,
 }
 
 impl Config {
@@ -29,4 +32,6 @@ impl Config {
     pub const LOCAL_NODE: &str = "local";
     /// When a controller takes a silent agent for gone, the agent takes the controller for gone too.
     pub const HEAL_AFTER: Duration = UNKNOWN_AFTER;
+    /// Most managers that are kept ready, and how many are unless somebody says otherwise.
+    pub const MOST_IDLE: u8 = 2;
 }

@@ -46,6 +46,8 @@ pub(crate) trait CarryOut: Send + Sync + 'static {
     fn limit(&self, step: &Step) -> Duration;
     /// Carries it out within `limit`; finds what is so already and succeeds.
     fn carry_out(&self, step: Step, limit: Duration) -> Carrying;
+    /// A batch begins or ends.
+    fn work(&self, _begins: bool) {}
 }
 
 /// What a running batch is told.
@@ -66,6 +68,7 @@ pub(crate) async fn run(
     tell: impl Fn(BatchEvent) + Send + Sync,
 ) {
     let end = Instant::now() + Duration::from_millis(batch.deadline_ms);
+    let _at_work = AtWork::begin(hands.clone());
     let runner = Runner {
         parallelism: batch.parallelism.max(1) as usize,
         steps: batch.steps.into_iter().map(|s| (s.id, s)).collect(),
@@ -81,6 +84,22 @@ pub(crate) async fn run(
     };
     runner.run(words).await;
     tell(BatchEvent::End);
+}
+
+/// A batch that runs.
+struct AtWork(Arc<dyn CarryOut>);
+
+impl AtWork {
+    fn begin(hands: Arc<dyn CarryOut>) -> Self {
+        hands.work(true);
+        Self(hands)
+    }
+}
+
+impl Drop for AtWork {
+    fn drop(&mut self) {
+        self.0.work(false);
+    }
 }
 
 struct Runner<'a> {

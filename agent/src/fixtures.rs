@@ -29,6 +29,7 @@ pub(crate) async fn agent_with(home: &Path, disk: Arc<dyn Disk>) -> Arc<Agent> {
         manager_program: "/nonexistent/rts-manager".into(),
         controller_socket: None,
         heal_after: None,
+        idle_managers: None,
     };
     let inputs = Inputs {
         clock: Arc::new(SystemClock),

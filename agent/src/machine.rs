@@ -105,6 +105,18 @@ pub trait Machine: Send + Sync + 'static {
     fn look<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<Tenant>>;
     /// Makes an empty run folder, mode 0700.
     fn make_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<()>>;
+    /// Makes an empty run folder, mode 0700, where there is none; false when there is one.
+    fn claim_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<bool>> {
+        Box::pin(async move {
+            let is_free = matches!(self.look(folder).await?, Tenant::None);
+            if is_free {
+                self.make_folder(folder).await?;
+            }
+            Ok(is_free)
+        })
+    }
+    /// A batch begins or ends: what can wait is done while none runs.
+    fn work(&self, _begins: bool) {}
     /// Removes the run folder of a manager that is gone, if it is there.
     fn remove_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, ()>;
     /// Kills what is left of a manager that is gone, and removes its run folder; an error when something does not die.

@@ -1,15 +1,19 @@
-//! Any bytes as frames of the control protocol.
+//! Any bytes as frames of the control protocol, and as what zygotes say and are told.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use rts_manager_api::control::{FromManager, Greeting, Request};
 use rts_manager_api::frame;
+use rts_manager_api::zygote::{self, Become, Fork, FromZygote};
 use serde::{Serialize, de::DeserializeOwned};
 
 fuzz_target!(|bytes: &[u8]| {
     all::<Greeting>(bytes);
     all::<Request>(bytes);
     all::<FromManager>(bytes);
+    all::<Become>(bytes);
+    let _ = zygote::decode::<Fork>(bytes);
+    let _ = zygote::decode::<FromZygote>(bytes);
 });
 
 /// Reads frames to the end; what was read must be readable again after it is written.

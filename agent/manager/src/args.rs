@@ -4,12 +4,14 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use rts_manager_api::control::SystemId;
+use rts_manager_api::zygote::Become;
 
 const HELP: &str = "\
 Holds components: loads modules and obeys its control socket. Usually started by rts-agent.
 
 Usage: rts-manager --dir DIR --name NAME [OPTIONS]
        rts-manager --describe FILE --type NAME
+       rts-manager --zygote [--home DIR]
 
 Options:
       --dir DIR            Folder of this manager: lock, control.sock and manager.json
@@ -19,6 +21,8 @@ Options:
       --incarnation UUID   Unique id of this start; made up when left out
       --describe FILE      Open a module, print what it says of itself as JSON, and leave
       --type NAME          Type that this module must hold
+      --zygote             Fork managers for the agent whose socket is standard input
+      --home DIR           Shown by `ps`, so that it is known whose zygote it is
   -h, --help               Print help
   -V, --version            Print version
 
@@ -31,11 +35,14 @@ pub enum Parsed {
     Run(Settings),
     /// Describe the module in this file, which must hold this type.
     Describe(PathBuf, String),
+    /// Fork managers for an agent of this home.
+    Zygote(OsString),
     /// Print and leave.
     Print(String),
 }
 
 /// Settled arguments.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// Run folder.
     pub dir: PathBuf,
@@ -45,6 +52,38 @@ pub struct Settings {
     pub system: Option<SystemId>,
     /// Unique id of this start.
     pub incarnation: String,
+}
+
+impl Settings {
+    /// The command line that says the same, program name excluded.
+    pub fn words(&self) -> Vec<OsString> {
+        let mut words: Vec<OsString> = vec!["--dir".into(), self.dir.clone().into()];
+        let mut say = |key: &str, value: &str| words.extend([key.into(), value.into()]);
+        say("--name", &self.name);
+        if let Some(system) = &self.system {
+            say("--system-name", &system.name);
+            say("--system-uid", &system.uid);
+        }
+        say("--incarnation", &self.incarnation);
+        words
+    }
+}
+
+impl From<Become> for Settings {
+    fn from(named: Become) -> Self {
+        let Become {
+            dir,
+            name,
+            system,
+            incarnation,
+        } = named;
+        Self {
+            dir,
+            name,
+            system,
+            incarnation,
+        }
+    }
 }
 
 /// A command line that cannot be obeyed.
@@ -65,6 +104,7 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
     let (mut dir, mut name, mut incarnation) = (None, None, None);
     let (mut system_name, mut system_uid) = (None, None);
     let (mut module, mut type_name) = (None, None);
+    let (mut zygote, mut home) = (false, OsString::new());
     while let Some(argument) = parser.next()? {
         match argument {
             Long("dir") => dir = Some(PathBuf::from(parser.value()?)),
@@ -73,6 +113,10 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
             Long("system-uid") => system_uid = Some(parser.value()?.string()?),
             Long("incarnation") => incarnation = Some(parser.value()?.string()?),
             Long("describe") => module = Some(PathBuf::from(parser.value()?)),
+            Long("zygote") => zygote = true,
+            Long("home") => home = parser.value()?,
+            // Holds the command lines of its copies open.
+            Long("room") => drop(parser.value()?),
             Long("type") => type_name = Some(parser.value()?.string()?),
             Short('h') | Long("help") => return Ok(Parsed::Print(HELP.to_owned())),
             Short('V') | Long("version") => {
@@ -83,6 +127,9 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
             }
             other => return Err(other.unexpected().into()),
         }
+    }
+    if zygote {
+        return Ok(Parsed::Zygote(home));
     }
     if let Some(module) = module {
         let type_name = type_name.ok_or(UsageError::Missing("--type"))?;
@@ -111,6 +158,7 @@ mod tests {
             Ok(Parsed::Run(settings)) => Ok(settings),
             Ok(Parsed::Print(text)) => Err(text),
             Ok(Parsed::Describe(file, name)) => Err(format!("{} of {}", name, file.display())),
+            Ok(Parsed::Zygote(home)) => Err(format!("zygote of {}", home.display())),
             Err(error) => Err(error.to_string()),
         }
     }
@@ -124,6 +172,20 @@ mod tests {
         assert_eq!(read.dir, PathBuf::from("/tmp/x"));
         assert_eq!(read.system.unwrap().uid, "u1");
         assert_eq!(read.incarnation, "i1");
+        assert_eq!(parse(read.words()).ok().map(again), Some(read));
+    }
+
+    fn again(parsed: Parsed) -> Settings {
+        match parsed {
+            Parsed::Run(settings) => settings,
+            _ => panic!("other words"),
+        }
+    }
+
+    #[test]
+    fn a_zygote_knows_its_home_and_has_room() {
+        let read = settings("--zygote --home /tmp/h --room xxxx");
+        assert_eq!(read.err().unwrap(), "zygote of /tmp/h");
     }
 
     #[test]

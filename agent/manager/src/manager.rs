@@ -26,9 +26,15 @@ const MAX_COMPONENTS: usize = 4096;
 /// Outgoing data connections, a thread each.
 const MAX_DATA: usize = 1024;
 /// Threads of each pool that are ready before they are needed.
-pub const SPARE_THREADS: usize = 4;
+const SPARE_THREADS: usize = 4;
 /// Requests that may be under way at once.
 const MAX_REQUESTS: usize = 64;
+/// Control connections.
+pub const MAX_CONTROLS: usize = 64;
+/// Incoming data connections.
+pub const MAX_INCOMING: usize = 1024;
+/// Connections of both kinds, and those that have not greeted yet.
+const MAX_CONNECTIONS: usize = MAX_CONTROLS + MAX_INCOMING + 64;
 
 /// The manager.
 pub struct Manager {
@@ -52,10 +58,37 @@ pub struct Manager {
     pub taps: tap::List,
     /// Threads for requests.
     pub pool: Pool,
+    /// Threads for connections.
+    pub connections: Pool,
     /// Execution contexts that components share.
     pub contexts: Contexts,
     components: Mutex<BTreeMap<String, Arc<Component>>>,
     stopping: AtomicBool,
+}
+
+/// The threads of a manager, which may run before it is known which manager it is.
+pub struct Threads {
+    /// For requests.
+    pool: Pool,
+    /// For connections.
+    connections: Pool,
+    /// Sends events.
+    events: Events,
+}
+
+impl Threads {
+    /// Starts those that must be there before they are needed, and does not wait for them.
+    pub fn start() -> Self {
+        let threads = Self {
+            pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
+            connections: Pool::new("connection", MAX_CONNECTIONS, SPARE_THREADS),
+            events: Events::default(),
+        };
+        threads.connections.prepare();
+        threads.pool.prepare();
+        threads.events.prepare();
+        threads
+    }
 }
 
 /// What is in the way of an orderly end of the process.
@@ -69,18 +102,24 @@ pub enum Leftovers {
 
 impl Manager {
     /// An empty manager.
-    pub fn new(hello: Hello, socket: PathBuf) -> Self {
+    pub fn new(hello: Hello, socket: PathBuf, threads: Threads) -> Self {
+        let Threads {
+            pool,
+            connections,
+            events,
+        } = threads;
         Self {
             hello,
             socket,
+            pool,
+            connections,
+            events,
             modules: Mutex::default(),
             opened: Mutex::default(),
             loading: Arc::default(),
             bindings: Bindings::default(),
-            events: Events::default(),
             outgoing: Slots::new(MAX_DATA),
             taps: tap::List::default(),
-            pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
             contexts: Contexts::default(),
             components: Mutex::default(),
             stopping: AtomicBool::new(false),
@@ -108,10 +147,10 @@ impl Manager {
         }
     }
 
-    /// Starts the threads that must be there before they are needed.
-    pub fn prepare(&self) {
-        self.pool.prepare();
-        self.events.prepare();
+    /// Waits until the threads run that are needed while an initialiser hangs in dlopen.
+    pub fn settle_threads(&self) {
+        self.pool.settle();
+        self.connections.settle();
     }
 
     /// False while an initialiser hangs in dlopen: a new thread would then wait for it.

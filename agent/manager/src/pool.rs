@@ -59,7 +59,7 @@ impl State {
 }
 
 impl Pool {
-    /// With at most `limit` threads, of which `spare` are kept ready. None is started yet.
+    /// With at most `limit` threads, of which `spare` are kept for when none can be started. None is started yet.
     pub fn new(name: &'static str, limit: usize, spare: usize) -> Self {
         Self {
             shared: Arc::new(Shared {
@@ -71,10 +71,17 @@ impl Pool {
         }
     }
 
-    /// Starts the threads that are kept ready, and waits until they run.
+    /// Starts the threads that are kept ready, as far as they are not there, and does not wait for them.
     pub fn prepare(&self) {
         let mut state = lock(&self.shared.state);
-        self.grow(&mut state);
+        let wanted = state.jobs.len() + self.shared.spare;
+        self.grow(&mut state, wanted);
+    }
+
+    /// The same, and waits until they run: before anything that may keep new ones from starting.
+    pub fn settle(&self) {
+        self.prepare();
+        let state = lock(&self.shared.state);
         let _ = self
             .shared
             .started
@@ -87,7 +94,8 @@ impl Pool {
         let mut state = lock(&self.shared.state);
         state.jobs.push_back(Box::new(job));
         if may_grow {
-            self.grow(&mut state);
+            let wanted = state.jobs.len();
+            self.grow(&mut state, wanted);
         }
         let free = match may_grow {
             true => state.free(),
@@ -101,9 +109,8 @@ impl Pool {
         Ok(())
     }
 
-    /// Starts threads until each job has one and the spare ones are there, as far as that goes.
-    fn grow(&self, state: &mut State) {
-        let wanted = state.jobs.len() + self.shared.spare;
+    /// Starts threads until so many are free, as far as that goes.
+    fn grow(&self, state: &mut State, wanted: usize) {
         while state.free() < wanted && state.threads < self.limit {
             let shared = Arc::clone(&self.shared);
             let spawned = thread::Builder::new()
@@ -119,9 +126,10 @@ impl Pool {
 
 impl Shared {
     fn work(&self) {
-        // A first wait for a channel registers a thread-local destructor, which is what waits for a dlopen that hangs.
-        let (_sender, receiver) = sync_channel::<()>(1);
-        let _ = receiver.recv_timeout(Duration::from_millis(1));
+        // A first wait for a channel registers a thread-local destructor, which is what waits for a dlopen that hangs. A
+        // channel without room waits even for no time at all.
+        let (_sender, receiver) = sync_channel::<()>(0);
+        let _ = receiver.recv_timeout(Duration::ZERO);
         lock(&self.state).ready += 1;
         self.started.notify_all();
         while let Some(job) = self.next() {
@@ -196,7 +204,7 @@ mod tests {
     fn a_pool_that_may_not_grow_uses_the_threads_that_are_ready() {
         let pool = Pool::new("job", 4, 2);
         assert!(pool.run(false, || ()).is_err());
-        pool.prepare();
+        pool.settle();
         let (done, finished) = mpsc::channel();
         let (release, gate) = mpsc::channel::<()>();
         let job = {

@@ -17,9 +17,9 @@ use rustix::process::{Resource, getrlimit, setrlimit};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::args::Settings;
-use crate::manager::{Leftovers, Manager, SPARE_THREADS};
+use crate::manager::{Leftovers, MAX_CONTROLS, MAX_INCOMING, Manager, Threads};
 use crate::own_log::OwnLog;
-use crate::pool::{Full, Pool};
+use crate::pool::Full;
 use crate::requests::shutdown;
 use crate::run_dir::{RunDir, RunDirError};
 use crate::slots::Slots;
@@ -29,10 +29,6 @@ use crate::{connection, log};
 const WATCH: Duration = Duration::from_secs(1);
 /// Time for an orderly end after SIGTERM.
 const GRACE: Duration = Duration::from_secs(3);
-const MAX_CONTROLS: usize = 64;
-const MAX_INCOMING: usize = 1024;
-/// Connections of both kinds, and those that have not greeted yet.
-const MAX_CONNECTIONS: usize = MAX_CONTROLS + MAX_INCOMING + 64;
 
 /// A manager that cannot start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -53,7 +49,6 @@ pub struct Shared {
     pub controls: Slots,
     /// Incoming data connections.
     pub incoming: Slots,
-    connections: Pool,
     end: OwnedFd,
 }
 
@@ -67,38 +62,73 @@ impl Shared {
 
 /// Serves until a signal or a request ends it.
 pub fn run(settings: Settings) -> Result<Leftovers, ServeError> {
-    let process = |what| move |error| ServeError::Process(what, error);
-    raise_file_limit();
     let parent = take_stdin().map_err(process("take standard input over"))?;
-    let signals = Signals::listen().map_err(process("listen to signals"))?;
-    let hello = Hello {
-        version: PROTOCOL_VERSION,
-        system: settings.system,
-        name: settings.name,
-        incarnation: settings.incarnation,
-        pid: std::process::id(),
-        started: format!("{:.3}", Timestamp::now()),
-    };
-    let mut run_dir = RunDir::take(&settings.dir, &hello)?;
-    let shared = Arc::new(Shared {
-        manager: Arc::new(Manager::new(hello, settings.dir.join(CONTROL_SOCKET))),
-        controls: Slots::new(MAX_CONTROLS),
-        incoming: Slots::new(MAX_INCOMING),
-        connections: Pool::new("connection", MAX_CONNECTIONS, SPARE_THREADS),
-        end: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
-            .map_err(|e| ServeError::Process("make an event", e.into()))?,
-    });
-    shared.manager.prepare();
-    shared.connections.prepare();
-    if let Some(stream) = parent {
-        admit(stream, &shared);
+    Waiting::prepare()?.serve(settings, parent)
+}
+
+/// What went wrong with the process itself.
+pub fn process(what: &'static str) -> impl FnOnce(io::Error) -> ServeError {
+    move |error| ServeError::Process(what, error)
+}
+
+/// A process that is ready to be a manager, whichever.
+pub struct Waiting {
+    signals: Signals,
+    threads: Threads,
+    end: OwnedFd,
+}
+
+impl Waiting {
+    /// Does all that needs no name.
+    pub fn prepare() -> Result<Self, ServeError> {
+        raise_file_limit();
+        Ok(Self {
+            signals: Signals::listen().map_err(process("listen to signals"))?,
+            threads: Threads::start(),
+            end: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
+                .map_err(|e| ServeError::Process("make an event", e.into()))?,
+        })
     }
-    if serve(&mut run_dir, &shared, &signals)? == Ended::Signal {
-        log::info(format_args!("a signal ends this manager"));
-        shutdown::shutdown(&shared.manager, Instant::now() + GRACE);
+
+    /// Becomes readable when a signal wants the end.
+    pub fn ends(&self) -> &UnixStream {
+        &self.signals.end
     }
-    run_dir.leave();
-    Ok(shared.manager.leftovers())
+
+    /// Is this manager until a signal or a request ends it. `first` is a connection that is open already.
+    pub fn serve(
+        self,
+        settings: Settings,
+        first: Option<UnixStream>,
+    ) -> Result<Leftovers, ServeError> {
+        // Before anybody can know that this process runs, and move its log away.
+        let own_log = OwnLog::of_this_process();
+        let hello = Hello {
+            version: PROTOCOL_VERSION,
+            system: settings.system,
+            name: settings.name,
+            incarnation: settings.incarnation,
+            pid: std::process::id(),
+            started: format!("{:.3}", Timestamp::now()),
+        };
+        let mut run_dir = RunDir::take(&settings.dir, &hello)?;
+        let socket = settings.dir.join(CONTROL_SOCKET);
+        let shared = Arc::new(Shared {
+            manager: Arc::new(Manager::new(hello, socket, self.threads)),
+            controls: Slots::new(MAX_CONTROLS),
+            incoming: Slots::new(MAX_INCOMING),
+            end: self.end,
+        });
+        if let Some(stream) = first {
+            admit(stream, &shared);
+        }
+        if serve(&mut run_dir, &shared, &self.signals, &own_log)? == Ended::Signal {
+            log::info(format_args!("a signal ends this manager"));
+            shutdown::shutdown(&shared.manager, Instant::now() + GRACE);
+        }
+        run_dir.leave();
+        Ok(shared.manager.leftovers())
+    }
 }
 
 #[derive(PartialEq, Eq)]
@@ -111,6 +141,7 @@ fn serve(
     run_dir: &mut RunDir,
     shared: &Arc<Shared>,
     signals: &Signals,
+    own_log: &OwnLog,
 ) -> Result<Ended, ServeError> {
     let mut watched = Instant::now();
     loop {
@@ -137,13 +168,14 @@ fn serve(
             return Ok(Ended::Signal);
         }
         if hang_up {
-            signals.reopen_log();
+            signals.calm();
+            reopen(own_log);
         }
         if connections {
             accept(run_dir, shared);
         }
         if watched.elapsed() >= WATCH {
-            signals.rotate();
+            rotate(own_log);
             // Whoever ends it may be removing the folder already.
             if !shared.manager.is_stopping() {
                 run_dir.repair();
@@ -177,7 +209,7 @@ fn admit(stream: UnixStream, shared: &Arc<Shared>) {
         let shared = Arc::clone(shared);
         move || connection::serve(stream, &shared)
     };
-    if let Err(Full) = shared.connections.run(may_grow, job) {
+    if let Err(Full) = shared.manager.connections.run(may_grow, job) {
         log::warn(format_args!("a connection was closed: too many are open"));
     }
 }
@@ -194,7 +226,7 @@ fn raise_file_limit() {
 }
 
 /// A socket as standard input is a connection that the parent has open already.
-fn take_stdin() -> io::Result<Option<UnixStream>> {
+pub fn take_stdin() -> io::Result<Option<UnixStream>> {
     let stdin = rustix::stdio::stdin();
     let Ok(stat) = rustix::fs::fstat(stdin) else {
         return Ok(None);
@@ -216,8 +248,6 @@ struct Signals {
     end: UnixStream,
     /// SIGHUP.
     reopen: UnixStream,
-    /// Noted before anybody can know that this process runs, and move its log away.
-    own_log: OwnLog,
 }
 
 impl Signals {
@@ -228,30 +258,30 @@ impl Signals {
         let (reopen, write) = UnixStream::pair()?;
         reopen.set_nonblocking(true)?;
         signal_hook::low_level::pipe::register(SIGHUP, write)?;
-        Ok(Self {
-            end,
-            reopen,
-            own_log: OwnLog::of_this_process(),
-        })
+        Ok(Self { end, reopen })
     }
 
-    /// Opens the log anew after somebody else has moved it away.
-    fn reopen_log(&self) {
+    /// Takes note of SIGHUP.
+    fn calm(&self) {
         while (&self.reopen).read(&mut [0; 64]).is_ok_and(|n| n > 0) {}
-        match self.own_log.reopen() {
-            Ok(()) => log::info(format_args!("the log was opened anew")),
-            Err(error) => log::warn(format_args!("the log cannot be opened anew: {error}")),
-        }
     }
+}
 
-    /// Exchanges the log when it is full.
-    fn rotate(&self) {
-        match self.own_log.rotate() {
-            Ok(true) => log::info(format_args!(
-                "the log was full; what came before is in its .1"
-            )),
-            Ok(false) => {}
-            Err(error) => log::warn(format_args!("the full log cannot be opened anew: {error}")),
-        }
+/// Opens the log anew after somebody else has moved it away.
+fn reopen(own_log: &OwnLog) {
+    match own_log.reopen() {
+        Ok(()) => log::info(format_args!("the log was opened anew")),
+        Err(error) => log::warn(format_args!("the log cannot be opened anew: {error}")),
+    }
+}
+
+/// Exchanges the log when it is full.
+fn rotate(own_log: &OwnLog) {
+    match own_log.rotate() {
+        Ok(true) => log::info(format_args!(
+            "the log was full; what came before is in its .1"
+        )),
+        Ok(false) => {}
+        Err(error) => log::warn(format_args!("the full log cannot be opened anew: {error}")),
     }
 }

@@ -94,6 +94,10 @@ impl CarryOut for Hands {
         limit(step, &self.agent.policies())
     }
 
+    fn work(&self, begins: bool) {
+        self.agent.inputs.machine.work(begins);
+    }
+
     fn carry_out(&self, step: Step, limit: Duration) -> Carrying {
         let verb = Verb {
             agent: self.agent.clone(),

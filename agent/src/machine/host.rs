@@ -1,16 +1,21 @@
 //! The real machine: processes, control groups, folders and modules of the computer that this agent runs on.
 
 mod cgroup;
+mod child;
 mod describe;
 mod family;
 mod finder;
 mod launch;
 mod node_lock;
+mod nursery;
 mod pidfd;
+mod spawn;
 mod tenant;
+mod zygote;
 
 use std::fs;
 use std::io;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock};
 
@@ -30,10 +35,12 @@ use crate::events::lock;
 use crate::folders::{Folders, is_folder_id};
 use crate::launch::{Exit, LaunchError, Start};
 use crate::{log_mark, log_tail};
+use cgroup::Prepared;
 use family::Family;
 use finder::Finder;
-use launch::{Child, Launcher};
+use launch::{Born, Launcher};
 use node_lock::NodeLock;
+use nursery::Nursery;
 use pidfd::PidFd;
 
 /// The machine of one node.
@@ -63,10 +70,14 @@ impl Host {
         let folders = Folders::new(&config.home, &config.node)?;
         folders.make()?;
         let lock = NodeLock::take(&folders, &config.node).await?;
+        let program = config.manager_program.as_path();
+        let nursery = config
+            .idle_managers
+            .map(|idle| Nursery::open(program, &folders.home, idle.min(Config::MOST_IDLE)));
         Ok(Self {
             cgroups: Cgroups::of(&folders.home, Choice::from_env()),
-            launcher: Launcher::new(config.manager_program.clone()),
-            finder: Finder::new(&config.module_path, &config.manager_program),
+            launcher: Launcher::new(program, nursery),
+            finder: Finder::new(&config.module_path, program),
             lock: Mutex::new(Some(lock)),
             no_cgroups: OnceLock::new(),
             folders,
@@ -93,6 +104,9 @@ impl Host {
 
     /// Gives the node back: another agent may take it.
     pub fn release(&self) {
+        if let Some(nursery) = self.launcher.nursery() {
+            nursery.close();
+        }
         *lock(&self.lock) = None;
     }
 
@@ -107,11 +121,14 @@ impl Host {
     }
 
     async fn launch_now(&self, start: &Start) -> Result<Launched, LaunchError> {
-        let cgroup = self.make_cgroup(start).await?;
-        self.mark_log(&start.log, &start.key.display_name()).await;
-        let log_start = fs::metadata(&start.log).map_or(0, |m| m.len());
-        let Child { pid, control, exit } = match self.launcher.launch(start) {
-            Ok(child) => child,
+        let Prepared {
+            cgroup,
+            ground,
+            log_start,
+        } = self.prepare(start).await?;
+        let born = self.launcher.launch(start, ground).await;
+        let Born { child, in_cgroup } = match born {
+            Ok(born) => born,
             Err(e) => {
                 if let Some(cgroup) = cgroup {
                     // It cannot panic.
@@ -120,7 +137,16 @@ impl Host {
                 return Err(e);
             }
         };
-        let cgroup = self.enter(cgroup, pid).await;
+        let cgroup = match in_cgroup {
+            true => cgroup,
+            // It starts nothing before it was greeted.
+            false => self.enter(cgroup, child.pid).await,
+        };
+        let (pid, exit) = (child.pid, child.exit());
+        let control = UnixStream::from_std(child.control).map_err(|source| LaunchError {
+            what: format!("manager {}", start.key.display_name()),
+            source,
+        })?;
         Ok(Launched {
             family: Box::new(Family::of_child(pid, cgroup)),
             control: Box::new(control),
@@ -200,6 +226,31 @@ impl Machine for Host {
 
     fn bury_orphans(&self, living: Vec<PathBuf>) -> BoxFuture<'_, ()> {
         Box::pin(async move { self.bury_cgroups(&living).await })
+    }
+
+    fn work(&self, begins: bool) {
+        if let Some(nursery) = self.launcher.nursery() {
+            nursery.work(begins);
+        }
+    }
+
+    fn claim_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<bool>> {
+        // So short a look is shorter than to ask another thread for it.
+        Box::pin(async move {
+            match fs::DirBuilder::new().mode(0o700).create(folder) {
+                Ok(()) => Ok(true),
+                // Somebody lives or lived there; or the folder above is gone and has to be made as well.
+                Err(e)
+                    if matches!(
+                        e.kind(),
+                        io::ErrorKind::AlreadyExists | io::ErrorKind::NotFound
+                    ) =>
+                {
+                    Ok(false)
+                }
+                Err(e) => Err(e),
+            }
+        })
     }
 
     fn launch<'a>(&'a self, start: &'a Start) -> BoxFuture<'a, Result<Launched, LaunchError>> {

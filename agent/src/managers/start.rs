@@ -183,6 +183,11 @@ impl Agent {
         loop {
             {
                 let _folders = self.managers.folders.lock().await;
+                // Most often nobody was there before.
+                let claimed = self.inputs.machine.claim_folder(folder).await;
+                if claimed.map_err(failed)? {
+                    return Ok(None);
+                }
                 match settle(self, folder).await.map_err(failed)? {
                     Settled::Adopted(manager) => return Ok(Some(manager)),
                     Settled::Free => {

@@ -17,6 +17,7 @@ async fn modules(folders: &[PathBuf], program: &Path) -> Modules {
         manager_program: program.to_owned(),
         controller_socket: None,
         heal_after: None,
+        idle_managers: None,
     };
     Modules::new(Arc::new(Host::take(&config).await.unwrap()))
 }

@@ -36,6 +36,7 @@ fn config(home: &Path) -> Config {
             .join("heals")
             .exists()
             .then_some(Duration::from_millis(100)),
+        idle_managers: None,
     }
 }
 

@@ -58,6 +58,7 @@ pub async fn start_with(node: &FakeNode, heal_after: Option<Duration>) -> Runnin
         manager_program: "/nowhere/rts-manager".into(),
         controller_socket: None,
         heal_after,
+        idle_managers: None,
     };
     let inputs = Inputs {
         clock: Arc::new(At(NOW.parse().unwrap())),

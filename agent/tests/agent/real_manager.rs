@@ -36,6 +36,7 @@ pub fn config() -> Option<Config> {
         manager_program: program,
         controller_socket: None,
         heal_after: None,
+        idle_managers: None,
     })
 }
 
@@ -63,6 +64,7 @@ async fn the_real_manager_starts_outlives_the_agent_and_is_adopted() {
         manager_program: program,
         controller_socket: None,
         heal_after: None,
+        idle_managers: None,
     };
     std::fs::write(home.path().join("libnothing.so"), "no library").unwrap();
     let mut node = Node::of(home, config).await;

@@ -60,6 +60,7 @@ impl Node {
             manager_program: fake_manager::program(home.path(), behaviour),
             controller_socket: controller,
             heal_after: None,
+            idle_managers: None,
         };
         Self::of(home, config).await
     }

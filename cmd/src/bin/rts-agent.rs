@@ -31,6 +31,18 @@ struct Args {
     /// Run without a controller.
     #[arg(long)]
     no_controller: bool,
+    /// Manager processes that are kept ready for the next start, 0 to 2.
+    #[arg(
+        long,
+        env = "RTSCTL_IDLE_MANAGERS",
+        value_name = "N",
+        default_value_t = Config::MOST_IDLE,
+        value_parser = clap::value_parser!(u8).range(..=i64::from(Config::MOST_IDLE))
+    )]
+    idle_managers: u8,
+    /// Spawn each manager anew instead of forking it from one that is warm: then each has an address space laid out by chance of its own.
+    #[arg(long, env = "RTSCTL_NO_ZYGOTE", value_parser = clap::builder::FalseyValueParser::new())]
+    no_zygote: bool,
 }
 
 impl Args {
@@ -53,6 +65,7 @@ impl Args {
                 .unwrap_or_else(|| beside.join("rts-manager")),
             controller_socket: (!self.no_controller).then_some(controller),
             heal_after: Some(Config::HEAL_AFTER),
+            idle_managers: (!self.no_zygote).then_some(self.idle_managers),
         }
     }
 }

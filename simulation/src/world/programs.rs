@@ -121,6 +121,7 @@ async fn agent(world: &Arc<World>, life: &Life) -> Result<rts_agent::Running, St
         manager_program: PathBuf::from("/sim/rts-manager"),
         controller_socket: None,
         heal_after: Some(Config::HEAL_AFTER),
+        idle_managers: None,
     };
     let chance = format!("agent/{name}/{}", life.number());
     let inputs = rts_agent::Inputs {

@@ -62,6 +62,7 @@ impl Node {
             manager_program: "/rts/rts-manager".into(),
             controller_socket: None,
             heal_after: Some(Duration::from_secs(3)),
+            idle_managers: None,
         };
         let inputs = Inputs {
             clock: Arc::new(self.clock.clone()),

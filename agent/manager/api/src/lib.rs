@@ -11,7 +11,9 @@ pub mod files;
 pub mod frame;
 mod greeting;
 pub mod net;
+pub mod passing;
 pub mod tap;
 mod version;
+pub mod zygote;
 
 pub use version::{OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, VersionMismatch, speaks};

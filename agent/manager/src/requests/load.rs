@@ -34,6 +34,7 @@ pub fn load(
         failure(FailureCode::Deadline, message)
     };
     let turn = manager.loading.turn(path, deadline).map_err(hangs)?;
+    manager.settle_threads();
     let (reply, answer) = sync_channel(1);
     let opening = thread::Builder::new().name("dlopen".to_owned()).spawn({
         let (manager, type_name, path) =

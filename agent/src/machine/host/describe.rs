@@ -14,7 +14,7 @@ use tokio::io::AsyncReadExt;
 use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
-use super::launch::environment;
+use super::spawn::environment;
 use crate::inventory::port;
 
 /// How long a module may take.

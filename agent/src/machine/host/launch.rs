@@ -1,132 +1,126 @@
-//! The launcher of `rts-manager` processes.
-//!
-//! Without a `pre_exec` hook, so that the standard library can use posix_spawn: fork of this process costs 16 ms more.
+//! How a manager process is started: one that is ready is told who it is; else the zygote makes one; else it is spawned.
 
-use std::ffi::OsString;
-use std::fs::{File, OpenOptions};
-use std::os::fd::OwnedFd;
-use std::os::unix::fs::OpenOptionsExt;
-use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::{Path, PathBuf};
-use std::process::{self, Command, Stdio};
+use std::fs::File;
+use std::io;
+use std::os::fd::AsFd;
+use std::path::Path;
+use std::sync::Arc;
 
-use rts_host::process::signal_group;
-use rustix::process::Signal;
-use tokio::net;
+use rts_manager_api::control::SystemId;
+use rts_manager_api::zygote::Become;
+use rts_manager_api::{frame, passing};
 
-use super::pidfd::PidFd;
-use crate::launch::{Exit, ExitFuture, LaunchError, Start};
-
-/// Variables that a manager inherits, besides all that start with `RTS`.
-const KEPT: [&str; 5] = ["PATH", "HOME", "LANG", "RUST_BACKTRACE", "LD_LIBRARY_PATH"];
-
-/// What a manager program gets of this process's environment.
-pub(super) fn environment() -> impl Iterator<Item = (OsString, OsString)> {
-    std::env::vars_os().filter(|(name, _)| {
-        name.to_str()
-            .is_some_and(|name| KEPT.contains(&name) || name.starts_with("RTS"))
-    })
-}
+use super::child::Child;
+use super::nursery::Nursery;
+use super::spawn::Spawner;
+use crate::launch::{LaunchError, Start};
 
 /// Starts manager processes.
 #[derive(Debug)]
 pub(super) struct Launcher {
-    program: PathBuf,
+    program: Box<Path>,
+    spawner: Spawner,
+    /// None where each is spawned.
+    nursery: Option<Arc<Nursery>>,
 }
 
-/// A process that was just started.
-pub(super) struct Child {
-    /// Its id, also its process group's.
-    pub pid: u32,
-    /// The first control connection.
-    pub control: net::UnixStream,
-    /// Its end.
-    pub exit: ExitFuture,
+/// What is there for a start.
+pub(super) struct Ground {
+    /// Opened for appending.
+    pub log: File,
+    /// Folder of a control group that a process can be born in.
+    pub cgroup: Option<File>,
+}
+
+/// A process that was started, and whether it is in its control group already.
+pub(super) struct Born {
+    /// The process.
+    pub child: Child,
+    /// True when it was born there.
+    pub in_cgroup: bool,
 }
 
 impl Launcher {
     /// Starts this program.
-    pub fn new(program: PathBuf) -> Self {
-        Self { program }
-    }
-
-    fn command(&self, start: &Start, control: UnixStream, log: File, log2: File) -> Command {
-        let mut command = Command::new(&self.program);
-        command
-            .arg("--dir")
-            .arg(&start.folder)
-            .args(["--name", &start.key.name]);
-        if let Some(system) = &start.key.system {
-            command.args(["--system-name", &system.name, "--system-uid", &system.uid]);
+    pub fn new(program: &Path, nursery: Option<Arc<Nursery>>) -> Self {
+        Self {
+            program: program.into(),
+            spawner: Spawner::new(program),
+            nursery,
         }
-        command
-            .args(["--incarnation", &start.incarnation])
-            .env_clear()
-            .envs(environment())
-            .current_dir(&start.folder)
-            .process_group(0)
-            .stdin(Stdio::from(OwnedFd::from(control)))
-            .stdout(log)
-            .stderr(log2);
-        command
     }
 
-    /// Starts one and returns at once.
-    pub fn launch(&self, start: &Start) -> Result<Child, LaunchError> {
-        let failed = |what: &Path| {
-            let what = what.display().to_string();
-            move |source| LaunchError { what, source }
-        };
-        let log = open_log(&start.log).map_err(failed(&start.log))?;
-        let log2 = log.try_clone().map_err(failed(&start.log))?;
-        let (ours, theirs) = UnixStream::pair().map_err(failed(&self.program))?;
-        ours.set_nonblocking(true).map_err(failed(&self.program))?;
-        let control = net::UnixStream::from_std(ours).map_err(failed(&self.program))?;
-        let mut child = self
-            .command(start, theirs, log, log2)
-            .spawn()
-            .map_err(failed(&self.program))?;
-        let pidfd = match PidFd::open(child.id(), None) {
-            Ok(pidfd) => pidfd,
-            Err(e) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return Err(failed(&self.program)(e));
-            }
-        };
-        Ok(Child {
-            pid: child.id(),
-            control,
-            exit: Box::pin(end(child, pidfd)),
+    /// What keeps processes ready.
+    pub fn nursery(&self) -> Option<&Arc<Nursery>> {
+        self.nursery.as_ref()
+    }
+
+    /// Starts one, and does not wait until it serves.
+    pub async fn launch(&self, start: &Start, ground: Ground) -> Result<Born, LaunchError> {
+        if let Some(nursery) = &self.nursery
+            && let Some(born) = from(nursery, start, &ground).await
+        {
+            return Ok(born);
+        }
+        let child = self.spawner.spawn(start, ground.log).await;
+        let child = child.map_err(|source| LaunchError {
+            what: self.program.display().to_string(),
+            source,
+        })?;
+        Ok(Born {
+            child,
+            in_cgroup: false,
         })
     }
 }
 
-/// Waits for the end of a child, kills what is left of its group, and reaps it. In this order: until it is reaped, its
-/// number cannot be given to another process.
-async fn end(mut child: process::Child, pidfd: PidFd) -> Exit {
-    pidfd.ended().await;
-    if let Err(e) = signal_group(child.id(), Signal::KILL) {
-        tracing::warn!(pid = child.id(), "cannot kill its process group: {e}");
+/// One that is ready, or a new copy of the zygote; none when neither is to be had.
+async fn from(nursery: &Arc<Nursery>, start: &Start, ground: &Ground) -> Option<Born> {
+    while let Some(child) = nursery.idle() {
+        match name(&child, start, &ground.log) {
+            Ok(()) => {
+                return Some(Born {
+                    child,
+                    in_cgroup: false,
+                });
+            }
+            Err(e) => {
+                tracing::info!(pid = child.pid, "a manager that was ready is none: {e}");
+                child.let_go();
+            }
+        }
     }
-    match child.wait() {
-        Ok(status) => match (status.code(), status.signal()) {
-            (Some(code), _) => Exit::Code(code),
-            (None, Some(signal)) => Exit::Signal(signal),
-            (None, None) => Exit::Unknown,
-        },
+    let born = nursery.fork(ground.cgroup.as_ref()).await?;
+    match name(&born.child, start, &ground.log) {
+        Ok(()) => Some(born),
         Err(e) => {
-            tracing::warn!(pid = child.id(), "cannot reap: {e}");
-            Exit::Unknown
+            tracing::warn!(
+                pid = born.child.pid,
+                "a copy of the zygote is no manager: {e}"
+            );
+            born.child.let_go();
+            None
         }
     }
 }
 
-fn open_log(path: &Path) -> std::io::Result<File> {
-    OpenOptions::new()
-        .append(true)
-        .create(true)
-        .mode(0o600)
-        .open(path)
+/// Tells a process who it is.
+fn name(child: &Child, start: &Start, log: &File) -> io::Result<()> {
+    let system = start.key.system.as_ref();
+    let named = Become {
+        dir: start.folder.clone(),
+        name: start.key.name.clone(),
+        system: system.map(|system| SystemId {
+            name: system.name.clone(),
+            uid: system.uid.clone(),
+        }),
+        incarnation: start.incarnation.clone(),
+    };
+    let bytes = frame::encode(&named).map_err(io::Error::other)?;
+    // Into an empty socket, where it has room.
+    let sent = passing::send(&child.control, &bytes, &[log.as_fd()])?;
+    match sent == bytes.len() {
+        true => Ok(()),
+        false => Err(io::ErrorKind::WriteZero.into()),
+    }
 }

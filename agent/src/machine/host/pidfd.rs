@@ -2,7 +2,7 @@
 #![allow(unsafe_code)]
 
 use std::io;
-use std::os::fd::OwnedFd;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use rts_host::identity::start_ticks;
 use rts_host::process::number;
@@ -21,7 +21,12 @@ impl PidFd {
         if started.is_some() && start_ticks(pid) != started {
             return Err(io::Error::from(io::ErrorKind::NotFound));
         }
-        // SAFETY: an `OwnedFd` is open and always the same descriptor until it is dropped, and it is never lent out.
+        Self::of(fd)
+    }
+
+    /// Watches a process that is open already.
+    pub fn of(fd: OwnedFd) -> io::Result<Self> {
+        // SAFETY: an `OwnedFd` is open and always the same descriptor until it is dropped, and it is never lent out mutably.
         let fd = unsafe { AsyncFd::register_with_interest(fd, Interest::READABLE) }?;
         Ok(Self(fd))
     }
@@ -30,5 +35,10 @@ impl PidFd {
     pub async fn ended(&self) {
         // An error here means that the reactor is gone, and with it the agent.
         let _ = self.0.readable().await;
+    }
+
+    /// The handle itself.
+    pub fn as_fd(&self) -> BorrowedFd<'_> {
+        self.0.get_ref().as_fd()
     }
 }
