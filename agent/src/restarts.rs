@@ -160,7 +160,7 @@ impl Agent {
 
     /// A manager is about to be stopped. One that is replaced since something hangs in it counts as dead, and is not
     /// replaced again before its time.
-    pub(crate) async fn manager_leaves(&self, incarnation: &str) -> Patience {
+    pub(crate) async fn manager_leaves(self: &Arc<Self>, incarnation: &str) -> Patience {
         let last = self.inventory.last();
         let mut managers = last.managers.iter();
         let expired = managers
@@ -172,7 +172,9 @@ impl Agent {
             Patience::Short
         } else {
             self.restarts.change(|m| m.left(incarnation));
-            self.restarts.save().await;
+            // Beside the stop: should power be lost before it is written, nothing is left that could be taken for dead.
+            let agent = self.clone();
+            tokio::spawn(async move { agent.restarts.save().await });
             Patience::Usual
         }
     }

@@ -110,7 +110,7 @@ impl Files {
                     found = Some((at, one));
                 }
                 Ok(_) => {}
-                Err(reason) => damage = Some((path.clone(), reason)),
+                Err(reason) => drop(damage.get_or_insert((path.clone(), reason))),
             }
         }
         if let Some((path, reason)) = damage {

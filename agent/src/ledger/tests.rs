@@ -1,6 +1,7 @@
 //! The ledger and its fence.
 
 use super::fence::Verdict;
+use super::file::FILES;
 use super::*;
 use crate::fixtures::SlowDisk;
 use rts_agent_api::messages::LedgerFence;
@@ -326,7 +327,7 @@ async fn a_spec_counts_before_it_is_durable_unless_it_says_whom_the_node_obeys()
 #[tokio::test]
 async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
-    let (disk, mut begins, go) = SlowDisk::new(FILES[0]);
+    let (disk, mut begins, go) = SlowDisk::new(".json");
     let agent = crate::fixtures::agent_with(home.path(), disk.clone()).await;
     let first = agent.clone();
     let first =

@@ -236,7 +236,7 @@ async fn a_stale_controller_does_nothing_and_says_so() {
     let status = node(&cluster).status;
     assert_eq!(status.state, "NotReady");
     assert_eq!(status.reason.as_deref(), Some("StaleController"));
-    insta::assert_snapshot!(status.message.unwrap(), @"a newer controller has taken over node local (cluster cluster, epoch 5, generation 2), and this one has epoch 1; end this one with `rtsctl down`, or make it the newest with `rtsctl controller restore` from a backup");
+    insta::assert_snapshot!(status.message.unwrap(), @"a newer controller has taken over node local (cluster cluster, epoch 5, generation 6), and this one has epoch 1; end this one with `rtsctl down`, or make it the newest with `rtsctl controller restore` from a backup");
     assert_eq!((agent.incarnations(), agent.ledger()), (before, ledger));
     assert!(agent.take_done().is_empty());
     let refused = rts_controller::adopt(&cluster.core, "local").await;
