@@ -61,7 +61,7 @@ pub fn run(config: Config) -> Result<(), RunError> {
 }
 
 /// A node with many managers needs many files; the usual soft limit of 1024 is meant for programs that use `select`.
-fn raise_file_limit() {
+pub(crate) fn raise_file_limit() {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let limit = getrlimit(Resource::Nofile);
     let wanted = limit.maximum.unwrap_or(MAX_FILES).min(MAX_FILES);

@@ -18,7 +18,7 @@ async fn modules(folders: &[PathBuf], program: &Path) -> Modules {
         controller_socket: None,
         heal_after: None,
     };
-    Modules::new(Arc::new(Host::take(&config).await.unwrap()))
+    Modules::new(Arc::new(Host::take(&config, None).await.unwrap()))
 }
 
 async fn finder(folders: &[PathBuf]) -> Modules {

@@ -31,6 +31,10 @@ struct Args {
     /// Run without a controller.
     #[arg(long)]
     no_controller: bool,
+    /// Serve whoever started this program over its standard input and output, until they are closed: for nodes that are
+    /// reached by SSH alone.
+    #[arg(long, conflicts_with_all = ["controller", "no_controller"])]
+    stdio: bool,
 }
 
 impl Args {
@@ -62,7 +66,10 @@ fn main() -> ExitCode {
     rtsctl::daemon::observe();
     let outcome = std::env::current_exe()
         .map_err(anyhow::Error::from)
-        .and_then(|program| Ok(rts_agent::run(args.config(&program))?));
+        .and_then(|program| match args.stdio {
+            true => Ok(rts_agent::run_stdio(args.config(&program))?),
+            false => Ok(rts_agent::run(args.config(&program))?),
+        });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
