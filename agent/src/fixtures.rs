@@ -35,7 +35,7 @@ pub(crate) async fn agent_with(home: &Path, disk: Arc<dyn Disk>) -> Arc<Agent> {
         clock: Arc::new(SystemClock),
         chance: Arc::new(SystemChance),
         disk,
-        machine: Arc::new(Host::take(&config).await.unwrap()),
+        machine: Arc::new(Host::take(&config, None).await.unwrap()),
         controller: None,
         peers: Arc::new(HomePeers::new(home)),
     };

@@ -34,6 +34,7 @@ mod run;
 mod serve;
 mod session;
 mod start;
+mod stdio;
 mod tap;
 
 pub use agent::StartError;
@@ -42,6 +43,8 @@ pub use folders::is_node_name;
 pub use inputs::Inputs;
 pub use ledger::newest as newest_ledger;
 pub use local::LocalAgent;
+pub use machine::ModuleFinder;
 pub use run::{RunError, openapi, run};
 pub use serve::{Serving, serve};
 pub use start::{Running, start};
+pub use stdio::{StdioError, run_stdio};

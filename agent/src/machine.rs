@@ -19,7 +19,8 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use crate::agent::StartError;
 use crate::launch::{ExitFuture, LaunchError, Start};
 
-pub(crate) use host::Host;
+pub use host::ModuleFinder;
+pub(crate) use host::{Host, Pull};
 
 /// How long a manager may take from its folder to its description: so long it may be nameless.
 pub const DESCRIBE: Duration = Duration::from_secs(2);

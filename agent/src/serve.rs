@@ -18,7 +18,7 @@ use crate::agent::StartError;
 use crate::api;
 use crate::config::Config;
 use crate::inputs::Inputs;
-use crate::machine::Host;
+use crate::machine::{Host, Pull};
 use crate::peers::HomePeers;
 use crate::start::{Running, begin, prepare};
 
@@ -47,7 +47,12 @@ impl Drop for Taken {
 
 /// Starts an agent of this computer within the present runtime; it serves when this returns.
 pub async fn serve(config: Config) -> Result<Serving, StartError> {
-    let taken = Taken(Arc::new(Host::take(&config).await?));
+    serve_with(config, None).await
+}
+
+/// The same, with somebody from whom modules can be had.
+pub(crate) async fn serve_with(config: Config, pull: Option<Pull>) -> Result<Serving, StartError> {
+    let taken = Taken(Arc::new(Host::take(&config, pull).await?));
     let inputs = Inputs {
         clock: Arc::new(SystemClock),
         chance: Arc::new(SystemChance),

@@ -129,6 +129,7 @@ async fn start(home: &Path, node: &str, seed: Seed, truth: Truth) -> Result<Serv
         manager_program: PathBuf::from("rts-manager"),
         controller_socket: None,
         heal_after: Some(Config::HEAL_AFTER),
+        idle_managers: None,
     };
     let running = rts_agent::start(config, inputs).await;
     let running = running.map_err(|source| ServeError::Agent {

@@ -9,6 +9,7 @@ mod launch;
 mod node_lock;
 mod nursery;
 mod pidfd;
+mod pull;
 mod spawn;
 mod tenant;
 mod zygote;
@@ -37,11 +38,12 @@ use crate::launch::{Exit, LaunchError, Start};
 use crate::{log_mark, log_tail};
 use cgroup::Prepared;
 use family::Family;
-use finder::Finder;
+pub use finder::ModuleFinder;
 use launch::{Born, Launcher};
 use node_lock::NodeLock;
 use nursery::Nursery;
 use pidfd::PidFd;
+pub(crate) use pull::Pull;
 
 /// The machine of one node.
 #[derive(Debug)]
@@ -50,7 +52,9 @@ pub(crate) struct Host {
     /// The control groups of the home.
     cgroups: Cgroups,
     launcher: Launcher,
-    finder: Finder,
+    finder: ModuleFinder,
+    /// Where modules come from besides the module paths.
+    pull: Option<Pull>,
     /// None when it was given back.
     lock: Mutex<Option<NodeLock>>,
     /// That there are no control groups is said once.
@@ -66,7 +70,7 @@ async fn blocking<T: Send + 'static>(
 
 impl Host {
     /// Makes the folders of a node, and takes it for this process alone.
-    pub async fn take(config: &Config) -> Result<Self, StartError> {
+    pub async fn take(config: &Config, pull: Option<Pull>) -> Result<Self, StartError> {
         let folders = Folders::new(&config.home, &config.node)?;
         folders.make()?;
         let lock = NodeLock::take(&folders, &config.node).await?;
@@ -77,7 +81,8 @@ impl Host {
         Ok(Self {
             cgroups: Cgroups::of(&folders.home, Choice::from_env()),
             launcher: Launcher::new(program, nursery),
-            finder: Finder::new(&config.module_path, program),
+            finder: ModuleFinder::new(&config.module_path, program),
+            pull,
             lock: Mutex::new(Some(lock)),
             no_cgroups: OnceLock::new(),
             folders,
@@ -291,7 +296,12 @@ impl Machine for Host {
     }
 
     fn resolve<'a>(&'a self, type_name: &'a str) -> BoxFuture<'a, io::Result<ModuleResolution>> {
-        Box::pin(self.finder.resolve(type_name))
+        Box::pin(async move {
+            match &self.pull {
+                Some(pull) => pull.resolve(&self.finder, type_name).await,
+                None => self.finder.resolve(type_name).await,
+            }
+        })
     }
 
     fn describe<'a>(

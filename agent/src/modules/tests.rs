@@ -19,7 +19,7 @@ async fn modules(folders: &[PathBuf], program: &Path) -> Modules {
         heal_after: None,
         idle_managers: None,
     };
-    Modules::new(Arc::new(Host::take(&config).await.unwrap()))
+    Modules::new(Arc::new(Host::take(&config, None).await.unwrap()))
 }
 
 async fn finder(folders: &[PathBuf]) -> Modules {

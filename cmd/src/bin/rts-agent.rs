@@ -43,6 +43,10 @@ struct Args {
     /// Spawn each manager anew instead of forking it from one that is warm: then each has an address space laid out by chance of its own.
     #[arg(long, env = "RTSCTL_NO_ZYGOTE", value_parser = clap::builder::FalseyValueParser::new())]
     no_zygote: bool,
+    /// Serve whoever started this program over its standard input and output, until they are closed: for nodes that are
+    /// reached by SSH alone.
+    #[arg(long, conflicts_with_all = ["controller", "no_controller"])]
+    stdio: bool,
 }
 
 impl Args {
@@ -75,7 +79,10 @@ fn main() -> ExitCode {
     rtsctl::daemon::observe();
     let outcome = std::env::current_exe()
         .map_err(anyhow::Error::from)
-        .and_then(|program| Ok(rts_agent::run(args.config(&program))?));
+        .and_then(|program| match args.stdio {
+            true => Ok(rts_agent::run_stdio(args.config(&program))?),
+            false => Ok(rts_agent::run(args.config(&program))?),
+        });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {

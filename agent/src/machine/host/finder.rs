@@ -35,7 +35,7 @@ type Descriptions = HashMap<(String, String), Option<ModuleDescription>>;
 
 /// Finds modules. Cheap to clone.
 #[derive(Debug, Clone)]
-pub(super) struct Finder {
+pub struct ModuleFinder {
     folders: Arc<[PathBuf]>,
     digests: Arc<Mutex<HashMap<Version, String>>>,
     /// The manager program, which describes modules.
@@ -45,7 +45,7 @@ pub(super) struct Finder {
     descriptions: Arc<Mutex<Descriptions>>,
 }
 
-impl Finder {
+impl ModuleFinder {
     /// Searches these folders, in order. `program` is the manager program.
     pub fn new(folders: &[PathBuf], program: &Path) -> Self {
         let absolute = |folder: &PathBuf| std::path::absolute(folder).unwrap_or(folder.clone());
@@ -93,6 +93,21 @@ impl Finder {
         let (finder, name) = (self.clone(), type_name.to_owned());
         let found = tokio::task::spawn_blocking(move || finder.resolve_now(&name));
         found.await.map_err(io::Error::other).flatten()
+    }
+
+    /// A file as a module, with its digest.
+    pub(super) async fn file(&self, path: PathBuf) -> io::Result<ModuleFile> {
+        let finder = self.clone();
+        let read = tokio::task::spawn_blocking(move || finder.file_now(&path));
+        read.await.map_err(io::Error::other).flatten()
+    }
+
+    fn file_now(&self, path: &Path) -> io::Result<ModuleFile> {
+        Ok(ModuleFile {
+            digest: self.digest(path, &fs::metadata(path)?)?,
+            path: path.display().to_string(),
+            description: None,
+        })
     }
 
     fn resolve_now(&self, type_name: &str) -> io::Result<ModuleResolution> {
