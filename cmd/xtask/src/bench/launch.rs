@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 
-use self::profile::Profile;
+pub use self::profile::Profile;
 use super::Common;
 use super::ssh::Server;
 use super::stack::Stack;
