@@ -11,10 +11,12 @@ use rts_plan::observed::Observed;
 use rts_plan::plan::{Plan, Step, StepId};
 use rts_plan::{NodeFacts, Placed, Settled, StoredSystem};
 use tokio::sync::{Notify, Semaphore, watch};
+use tokio::time::Instant;
 
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
+use crate::pace::Pace;
 use crate::publish;
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
@@ -78,6 +80,8 @@ pub struct Core {
     pub wake: Notify,
     /// Tells whether the reconcile loop goes on.
     pub pulse: Pulse,
+    /// When it is time to show everything once more.
+    pub pace: Pace,
     desired: watch::Sender<u64>,
     registry: Mutex<Registry>,
     world: Mutex<World>,
@@ -127,7 +131,7 @@ pub struct RunState {
     /// All steps.
     pub steps: Vec<Step>,
     /// Steps that run.
-    pub running: Vec<StepId>,
+    pub running: BTreeSet<StepId>,
     /// Steps that ended.
     pub ended: BTreeMap<StepId, StepOutcome>,
 }
@@ -165,6 +169,7 @@ impl Core {
             admission: tokio::sync::Mutex::new(()),
             wake: Notify::new(),
             pulse: Pulse::default(),
+            pace: Pace::default(),
             desired: watch::Sender::new(0),
             registry: Mutex::new(Registry {
                 systems,
@@ -234,7 +239,9 @@ impl Core {
 
     /// Shows everything as it is now.
     pub fn publish(&self) {
+        let since = Instant::now();
         publish::all(self);
+        self.pace.took(since);
     }
 
     /// Places all stored systems, with one of them replaced by `candidate`.

@@ -18,6 +18,7 @@ mod metrics;
 mod moved;
 mod numbers;
 mod observe;
+mod pace;
 mod publish;
 mod pulse;
 mod reconcile;
