@@ -154,7 +154,7 @@ fn overlay(what: &What) -> String {
     for manager in 0..what.managers {
         for half in ["a", "b"] {
             let context = match what.shared {
-                true => format!(", executionContext: {{ name: {half} }}"),
+                true => format!(", executionContext: {{ name: m{manager}{half} }}"),
                 false => String::new(),
             };
             // Writing into a text cannot fail.
@@ -242,7 +242,7 @@ mod tests {
         );
         let shared = overlay(&what(true));
         assert!(
-            shared.contains("manager: m0, executionContext: { name: a } }"),
+            shared.contains("manager: m0, executionContext: { name: m0a } }"),
             "{shared}"
         );
     }
