@@ -11,11 +11,13 @@ use rts_plan::observed::Observed;
 use rts_plan::plan::{Plan, Step, StepId};
 use rts_plan::{NodeFacts, Placed, Settled, StoredSystem};
 use tokio::sync::{Notify, Semaphore, watch};
+use tokio::time::Instant;
 
 use crate::clock::{Chance, Clock};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::node_numbers;
+use crate::pace::Pace;
 use crate::publish;
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
@@ -79,6 +81,8 @@ pub struct Core {
     pub wake: Notify,
     /// Tells whether the reconcile loop goes on.
     pub pulse: Pulse,
+    /// When it is time to show everything once more.
+    pub pace: Pace,
     desired: watch::Sender<u64>,
     /// Raised when a change that was not durable is, or was taken back.
     pub(crate) settled: watch::Sender<u64>,
@@ -138,7 +142,7 @@ pub struct RunState {
     /// All steps.
     pub steps: Vec<Step>,
     /// Steps that run.
-    pub running: Vec<StepId>,
+    pub running: BTreeSet<StepId>,
     /// Steps that ended.
     pub ended: BTreeMap<StepId, StepOutcome>,
 }
@@ -176,6 +180,7 @@ impl Core {
             admission: tokio::sync::Mutex::new(()),
             wake: Notify::new(),
             pulse: Pulse::default(),
+            pace: Pace::default(),
             desired: watch::Sender::new(0),
             registry: Mutex::new(Registry {
                 floors: node_numbers::floors(&nodes),
@@ -249,7 +254,9 @@ impl Core {
 
     /// Shows everything as it is now.
     pub fn publish(&self) {
+        let since = Instant::now();
         publish::all(self);
+        self.pace.took(since);
     }
 
     /// Places all stored systems, with one of them replaced by `candidate`.

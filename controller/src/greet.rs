@@ -37,7 +37,7 @@ pub fn greet(
             message,
         ));
     }
-    core.publish();
+    core.publish_soon();
     core.wake.notify_one();
     // The session is kept all the same: it is there when the loop goes on.
     core.pulse.check()?;
@@ -66,7 +66,7 @@ pub fn heartbeat(
             &object,
             "its heartbeats are back",
         ));
-        core.publish();
+        core.publish_soon();
     }
     if beat.back || beat.inventory_changed {
         core.wake.notify_one();

@@ -20,6 +20,7 @@ mod moved;
 mod node_numbers;
 mod numbers;
 mod observe;
+mod pace;
 mod publish;
 mod pulse;
 mod reconcile;

@@ -95,7 +95,15 @@ impl Reconciler {
 
     /// Sleeps until something changed, something may be tried again, or the tick.
     async fn rest(&self) {
-        let unsure = self.core.sessions.all().values().any(|e| e.unsure());
+        // A large fleet tells something all the time.
+        let mut desired = self.core.watch_desired();
+        desired.mark_unchanged();
+        tokio::select! {
+            biased;
+            _ = desired.changed() => return,
+            () = self.core.pace.rest() => {}
+        }
+        let unsure = self.core.sessions.any_unsure();
         let tick = if unsure {
             ASK_AGAIN
         } else if self.runs.any() {
@@ -134,7 +142,8 @@ impl Reconciler {
         let look = self.core.look(SLOW_TICK);
         let observed = look.instrument(info_span!(target: TARGET, "look")).await;
         moved::seen(&self.core, &self.specs, &observed, &busy).await;
-        self.planned = Instant::now();
+        let since = Instant::now();
+        self.planned = since;
         let plan = self.plan(&placed, &observed, &busy, &long);
         let untold = self.specs.untold(&placed.desired, &faults);
         let planned = stamps
@@ -145,6 +154,7 @@ impl Reconciler {
         self.drifts.take(&plan, &observed, &stamps);
         let seen = revisions(&observed);
         self.show(placed, planned, observed, &plan, faults);
+        self.core.pace.took(since);
         if desired.has_changed().unwrap_or(false) {
             return Next::Again;
         }

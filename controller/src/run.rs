@@ -12,6 +12,7 @@ use crate::clock::{Chance, SystemChance, SystemClock};
 use crate::core::{Core, Inputs};
 use crate::fleet::HttpFleet;
 use crate::home::{Home, HomeError};
+use crate::pace::publish_late;
 use crate::reconcile::Reconciler;
 use crate::simulator::Simulator;
 use crate::store::{OffLoop, RedbStore, StoreError};
@@ -113,6 +114,7 @@ async fn serve(home: &mut Home, inputs: Inputs) -> Result<(), Fail> {
         .map_err(before("bind the socket"))?;
     home.announce().map_err(|e| Fail::BeforeReady(e.into()))?;
     tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
+    tokio::spawn(publish_late(Arc::clone(&core)));
     tokio::spawn(expire_sessions(core));
     let mut server = tokio::spawn(server);
     say(&serde_json::json!({"ready": true}));
@@ -170,7 +172,7 @@ pub async fn expire_sessions(core: Arc<Core>) {
             core.record(Happening::warning("NodeUnknown", &object, message));
         }
         if !lost.is_empty() {
-            core.publish();
+            core.publish_soon();
             core.wake.notify_one();
         }
         let until = next.unwrap_or_else(|| tokio::time::Instant::now() + IDLE);

@@ -206,6 +206,11 @@ impl Sessions {
         self.nodes().clone()
     }
 
+    /// True when some node did not answer once.
+    pub fn any_unsure(&self) -> bool {
+        self.nodes().values().any(NodeEntry::unsure)
+    }
+
     /// One node.
     pub fn get(&self, node: &str) -> Option<NodeEntry> {
         self.nodes().get(node).cloned()

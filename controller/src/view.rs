@@ -197,7 +197,7 @@ impl Inner {
                     .metadata()
                     .resource_version
                     .clone_into(&mut object.metadata_mut().resource_version);
-                if before.without_counters() == object.without_counters() {
+                if before.is_same(object) {
                     return;
                 }
                 WatchType::Modified

@@ -7,7 +7,7 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use futures_util::future::BoxFuture;
 use futures_util::stream::{BoxStream, FuturesUnordered, SelectAll};
-use rts_agent_api::messages::{BatchEvent, GateReport, Seen, StepOutcome};
+use rts_agent_api::messages::{Batch, BatchEvent, GateReport, Seen, StepOutcome};
 use rts_plan::plan::{Plan, Step, StepId};
 
 use super::cut::cut;
@@ -46,7 +46,7 @@ pub type Store<'a> = (&'a str, u64);
 #[derive(Debug, Clone, Default)]
 pub struct Progress {
     /// Steps that run.
-    pub running: Vec<StepId>,
+    pub running: BTreeSet<StepId>,
     /// Steps that ended.
     pub ended: BTreeMap<StepId, StepOutcome>,
 }
@@ -56,7 +56,8 @@ pub struct Executor<'a> {
     plan: &'a Plan,
     plan_id: &'a str,
     agents: BTreeMap<String, Arc<dyn Agent>>,
-    gates: BTreeMap<String, BTreeSet<StepId>>,
+    /// Step → nodes that wait for it.
+    gates: BTreeMap<StepId, Vec<String>>,
     /// Steps whose end nobody asked for yet.
     fresh: Vec<StepId>,
     reports: SelectAll<BoxStream<'static, Report>>,
@@ -88,10 +89,7 @@ impl<'a> Executor<'a> {
             plan,
             plan_id,
             agents: BTreeMap::new(),
-            gates: batches
-                .iter()
-                .map(|(node, batch)| (node.clone(), batch.gates.iter().copied().collect()))
-                .collect(),
+            gates: waiting_for(&batches),
             fresh: Vec::new(),
             reports: SelectAll::new(),
             releases: FuturesUnordered::new(),
@@ -143,9 +141,7 @@ impl<'a> Executor<'a> {
     fn take(&mut self, report: Report) {
         match report {
             Report::Event(node, BatchEvent::Started { step }) if self.owns(&node, step) => {
-                if !self.progress.running.contains(&step) {
-                    self.progress.running.push(step);
-                }
+                self.progress.running.insert(step);
                 self.release(step, |id| GateReport {
                     started: vec![id],
                     succeeded: Vec::new(),
@@ -183,7 +179,7 @@ impl<'a> Executor<'a> {
 
     /// The first outcome of a step counts.
     fn ended(&mut self, step: StepId, outcome: StepOutcome) {
-        self.progress.running.retain(|id| *id != step);
+        self.progress.running.remove(&step);
         if self.progress.ended.contains_key(&step) {
             return;
         }
@@ -203,8 +199,8 @@ impl<'a> Executor<'a> {
 
     /// Tells the nodes that wait for this step.
     fn release(&mut self, id: StepId, report: impl Fn(StepId) -> GateReport) {
-        for (node, gates) in &self.gates {
-            let Some(agent) = self.agents.get(node).filter(|_| gates.contains(&id)) else {
+        for node in self.gates.get(&id).into_iter().flatten() {
+            let Some(agent) = self.agents.get(node) else {
                 continue;
             };
             let agent = Arc::clone(agent);
@@ -232,6 +228,17 @@ impl<'a> Executor<'a> {
             }));
         }
     }
+}
+
+/// Step → nodes whose batches wait for it.
+fn waiting_for(batches: &BTreeMap<String, Batch>) -> BTreeMap<StepId, Vec<String>> {
+    let mut gates: BTreeMap<StepId, Vec<String>> = BTreeMap::new();
+    for (node, batch) in batches {
+        for gate in &batch.gates {
+            gates.entry(*gate).or_default().push(node.clone());
+        }
+    }
+    gates
 }
 
 /// A step of a plan by its id.

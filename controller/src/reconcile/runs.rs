@@ -216,7 +216,7 @@ impl Runs {
                 left: Left::default(),
                 plan,
             };
-            run.show(&[], &BTreeMap::new());
+            run.show(&BTreeSet::new(), &BTreeMap::new());
             let left = Arc::clone(&run.left);
             let steps = run.plan.steps.len();
             let span = info_span!(target: TARGET, "run", of = format!("{steps} steps"));
@@ -269,7 +269,10 @@ impl Run {
                     self.show(&run.progress.running, &run.progress.ended);
                     self.core.publish();
                     // However long that took, what has come meanwhile is taken first.
-                    publish.reset();
+                    match self.core.pace.due() {
+                        Some(due) => publish.reset_at(due),
+                        None => publish.reset(),
+                    }
                 }
                 more = run.next() => {
                     for (step, outcome) in run.take_ended() {
@@ -289,7 +292,7 @@ impl Run {
         for node in nodes {
             self.core.sessions.doubt(node);
         }
-        self.show(&[], &run.progress.ended);
+        self.show(&BTreeSet::new(), &run.progress.ended);
         let steps = self.plan.steps.iter();
         let work = steps.map(|step| (step.work.kind(), step.target.clone()));
         let mut outcomes = run.progress.ended.values();
@@ -330,7 +333,7 @@ impl Run {
             .is_some_and(|(given, own)| given.generation > *own)
     }
 
-    fn show(&self, running: &[u32], ended: &BTreeMap<u32, StepOutcome>) {
+    fn show(&self, running: &BTreeSet<u32>, ended: &BTreeMap<u32, StepOutcome>) {
         let unfinished = self
             .plan
             .steps
@@ -343,7 +346,7 @@ impl Run {
         *self.left.lock().unwrap_or_else(PoisonError::into_inner) = unfinished.collect();
         let state = RunState {
             steps: self.plan.steps.clone(),
-            running: running.to_vec(),
+            running: running.clone(),
             ended: ended.clone(),
         };
         self.core.world().runs.insert(self.key.clone(), state);

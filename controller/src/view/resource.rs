@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use rts_controller_api::objects::{
-    Component, Connector, Kind, Manager, Metadata, Node, Object, System,
+    Component, ComponentStatus, Connector, ConnectorStatus, Kind, Manager, ManagerStatus, Metadata,
+    Node, NodeStatus, Object, System, SystemStatus,
 };
 use serde::Serialize;
 
@@ -19,8 +20,8 @@ pub trait Resource: Serialize + Clone + PartialEq {
     fn metadata(&self) -> &Metadata;
     /// Its metadata.
     fn metadata_mut(&mut self) -> &mut Metadata;
-    /// A copy in which counters, heartbeats and ages are blank.
-    fn without_counters(&self) -> Self;
+    /// True when nothing but counters, heartbeats and ages differ.
+    fn is_same(&self, other: &Self) -> bool;
     /// Where objects of this kind are kept.
     fn table(tables: &mut Tables) -> &mut BTreeMap<String, Self>;
 }
@@ -31,7 +32,7 @@ pub fn key(name: &str, place: &str) -> String {
 }
 
 macro_rules! resource {
-    ($type:ty, $kind:ident, $table:ident, |$object:ident| $key:expr, |$copy:ident| $blank:block) => {
+    ($type:ty, $status:ty, $kind:ident, $table:ident, |$object:ident| $key:expr, |$copy:ident| $blank:block) => {
         impl Resource for $type {
             const KIND: Kind = Kind::$kind;
 
@@ -49,11 +50,17 @@ macro_rules! resource {
                 &mut self.metadata
             }
 
-            fn without_counters(&self) -> Self {
-                #[allow(unused_mut)]
-                let mut $copy = self.clone();
-                $blank
-                $copy
+            fn is_same(&self, other: &Self) -> bool {
+                let blank = |status: &$status| {
+                    #[allow(unused_mut)]
+                    let mut $copy = status.clone();
+                    $blank
+                    $copy
+                };
+                // What was applied is never copied: it may be most of an object.
+                self.metadata == other.metadata
+                    && self.spec == other.spec
+                    && (self.status == other.status || blank(&self.status) == blank(&other.status))
             }
 
             fn table(tables: &mut Tables) -> &mut BTreeMap<String, Self> {
@@ -63,42 +70,58 @@ macro_rules! resource {
     };
 }
 
-resource!(System, System, systems, |o| o.metadata.name.clone(), |c| {});
-resource!(Node, Node, nodes, |o| o.metadata.name.clone(), |c| {
-    c.status.last_seen = None;
-});
+resource!(
+    System,
+    SystemStatus,
+    System,
+    systems,
+    |o| o.metadata.name.clone(),
+    |c| {}
+);
+resource!(
+    Node,
+    NodeStatus,
+    Node,
+    nodes,
+    |o| o.metadata.name.clone(),
+    |c| {
+        c.last_seen = None;
+    }
+);
 resource!(
     Component,
+    ComponentStatus,
     Component,
     components,
     |o| key(&o.metadata.name, &o.status.node),
     |c| {
-        c.status.executions = 0;
-        c.status.timing = None;
+        c.executions = 0;
+        c.timing = None;
     }
 );
 resource!(
     Connector,
+    ConnectorStatus,
     Connector,
     connectors,
     |o| key(&o.metadata.name, &o.spec.system),
     |c| {
-        let status = &mut c.status;
-        status.samples_sent = 0;
-        status.samples_received = 0;
-        status.bytes = 0;
-        status.drops = 0;
-        status.gaps = 0;
-        status.rate = 0;
-        status.latency = None;
+        c.samples_sent = 0;
+        c.samples_received = 0;
+        c.bytes = 0;
+        c.drops = 0;
+        c.gaps = 0;
+        c.rate = 0;
+        c.latency = None;
     }
 );
 resource!(
     Manager,
+    ManagerStatus,
     Manager,
     managers,
     |o| key(&o.metadata.name, &o.status.node),
     |c| {
-        c.status.activity = Default::default();
+        c.activity = Default::default();
     }
 );

@@ -1,20 +1,25 @@
 //! `cargo xtask bench launch`: from a command to all components Active, by our agent and by SSH, beside what nothing can beat.
 
 mod corpus;
+mod fallback;
+mod picture;
+mod pool;
 mod profile;
 mod ssh_loop;
+mod targets;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use rts_test_sshd::{Server, Setup};
+use serde_json::json;
 
-use self::profile::Profile;
-use super::Common;
+pub use self::profile::Profile;
+use super::scene::Scene;
 use super::stack::Stack;
-use super::{floors, stats};
-use crate::tools;
+use super::{Common, floors, goals, stats};
+use crate::{project, tools};
 
 /// Components of the rows that have many.
 const MANY: u32 = 10;
@@ -29,6 +34,9 @@ pub struct Args {
     /// Leave out what needs an SSH server.
     #[arg(long)]
     no_ssh: bool,
+    /// Where the picture is written to; none by default, as `docs/launch.svg` is of a quiet machine.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
@@ -50,9 +58,10 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Measures all rows, interleaved run by run, and prints them.
+/// Measures all rows, interleaved run by run, prints them and draws them.
 pub fn run(args: &Args) -> Result<()> {
-    let (profile, programs) = args.common.programs()?;
+    let (build, programs) = args.common.programs()?;
+    let scene = Scene::begin(build);
     let server = match args.no_ssh {
         true => None,
         false => {
@@ -61,19 +70,47 @@ pub fn run(args: &Args) -> Result<()> {
         }
     };
     let stack = Stack::start(&programs)?;
+    let pools = pool::stacks(&programs)?;
+    let fallback = server.as_ref().map(|s| fallback::stack(&programs, s));
+    let fallback = fallback.transpose()?.flatten();
     let mut cases = agent(&stack)?;
+    for pool in &pools {
+        cases.extend(pool::cases(pool)?);
+    }
     cases.extend(corpus::cases(&stack)?);
+    if let Some(fallback) = &fallback {
+        cases.extend(fallback::cases(fallback)?);
+    }
     if let Some(server) = &server {
         cases.extend(ssh(server, &stack, &programs));
     }
     cases.extend(floor(&stack, &programs));
     let rows = stats::take_turns(&mut cases, args.common.runs)?;
     drop(cases);
+    let costs: Vec<_> = pools.iter().map(pool::Pool::cost).collect::<Result<_>>()?;
+    pools.into_iter().try_for_each(pool::Pool::stop)?;
+    fallback.map_or(Ok(()), Stack::stop)?;
     stack.stop()?;
-    if !args.common.json {
-        println!("{profile} build, `rtsctl` included in the rows of agent and system");
+    let (scene, goals) = (scene.end(), targets::goals(&rows));
+    if let Some(svg) = &args.svg {
+        let svg = project::root().join(svg);
+        std::fs::write(&svg, picture::render(&rows, &scene))
+            .with_context(|| format!("cannot write {}", svg.display()))?;
     }
-    stats::print(&rows, args.common.json)
+    if args.common.json {
+        let all = json!({"rows": rows, "pools": costs, "goals": goals, "scene": scene});
+        println!("{}", serde_json::to_string_pretty(&all)?);
+        return Ok(());
+    }
+    println!("{scene}\n`rtsctl` included in the rows of agent, system and ssh-fallback");
+    stats::print(&rows, false)?;
+    if !costs.is_empty() {
+        println!();
+        pool::print(&costs);
+    }
+    println!();
+    goals::print(&goals);
+    Ok(())
 }
 
 impl stats::Turn for Case<'_> {

@@ -1,14 +1,20 @@
 //! `cargo xtask bench`: measurements that compare in one run. Machines are noisy: quote ratios within a run.
 
 mod dataport;
+mod fleet;
 mod floors;
+mod goals;
 mod heal;
+mod idle;
 mod jitter;
 mod launch;
 mod plan;
+mod process;
 mod read;
+mod scene;
 mod stack;
 mod stats;
+mod svg;
 
 use std::path::PathBuf;
 
@@ -55,6 +61,10 @@ enum Bench {
     Launch(launch::Args),
     /// Time from the death of a process until its component is Active and connected again.
     Heal(heal::Args),
+    /// Memory and processor time of a stack that does nothing, and the time of its start.
+    Idle(idle::Args),
+    /// Time, memory and processor time of large fleets: 1,000 simulated agents, and 1,000 components in real processes.
+    Fleet(fleet::Args),
     /// Time and memory of one plan, from 100 to 100,000 components.
     Plan(plan::Args),
     /// Speed of reading profiles of 10 MB and 100 MB, beside the reference library.
@@ -70,6 +80,8 @@ pub fn run(args: &Args) -> Result<()> {
     match &args.bench {
         Bench::Launch(args) => launch::run(args),
         Bench::Heal(args) => heal::run(args),
+        Bench::Idle(args) => idle::run(args),
+        Bench::Fleet(args) => fleet::run(args),
         Bench::Plan(args) => plan::run(args),
         Bench::Read(args) => read::run(args),
         Bench::Dataport(args) => dataport::run(args),

@@ -13,15 +13,25 @@ pub struct Stack {
     /// For files of the benchmark.
     pub folder: tempfile::TempDir,
     rtsctl: PathBuf,
+    variables: Vec<(String, String)>,
 }
 
 impl Stack {
     /// Starts it.
     pub fn start(programs: &Path) -> Result<Self> {
+        Self::start_with(programs, &[])
+    }
+
+    /// Starts it with these variables in the environment of its daemons.
+    pub fn start_with(programs: &Path, variables: &[(&str, &str)]) -> Result<Self> {
         let folder = tempfile::Builder::new().prefix("rtsb").tempdir_in("/tmp")?;
         let stack = Self {
             folder,
             rtsctl: programs.join("rtsctl"),
+            variables: variables
+                .iter()
+                .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()))
+                .collect(),
         };
         stack.rtsctl(&["up"])?;
         Ok(stack)
@@ -55,6 +65,7 @@ impl Stack {
         command
             .args(arguments)
             .env("RTSCTL_HOME", self.home())
+            .envs(self.variables.iter().cloned())
             .stdin(Stdio::null());
         let output = command
             .output()

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::RATE;
 use super::series::Row;
+use crate::bench::svg::Svg;
 
-const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 440.0;
 /// Of the plot: left, top, right, bottom.
 const PLOT: (f64, f64, f64, f64) = (70.0, 64.0, 840.0, 350.0);
@@ -50,19 +50,12 @@ impl Scale {
 /// The text of the file.
 pub fn render(rows: &[Row], seconds: u64) -> String {
     let scale = Scale::of(rows);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
-         font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\" font-size=\"12\">\n\
-         <style>.b{{fill:#ffffff}}.t{{fill:#24292f}}.g{{stroke:#d0d7de}}\
-         @media(prefers-color-scheme:dark){{.b{{fill:#0d1117}}.t{{fill:#c9d1d9}}.g{{stroke:#30363d}}}}</style>\n\
-         <title>Jitter of a component of {RATE} Hz</title>\n\
-         <rect class=\"b\" width=\"{WIDTH}\" height=\"{HEIGHT}\"/>\n"
-    );
+    let mut out = Svg::new(HEIGHT, &format!("Jitter of a component of {RATE} Hz"));
     let title = format!(
         "How late the cycles of a component of {RATE} Hz begin, {seconds} s each; dashed: a thread that only sleeps"
     );
-    text(&mut out, (PLOT.0, 24.0), "start", &title);
-    text(&mut out, (PLOT.0, 48.0), "start", "cycles");
+    out.text((PLOT.0, 24.0), "start", &title);
+    out.text((PLOT.0, 48.0), "start", "cycles");
     axes(&mut out, &scale);
     let mut names: Vec<&str> = rows.iter().map(|row| row.series.as_str()).collect();
     names.dedup();
@@ -73,18 +66,13 @@ pub fn render(rows: &[Row], seconds: u64) -> String {
             "floor" => " stroke-width=\"1.2\" stroke-dasharray=\"5 4\"",
             _ => " stroke-width=\"2.4\"",
         };
-        let _ = writeln!(
-            out,
-            "<path fill=\"none\" stroke=\"{colour}\"{dashes} d=\"{}\"/>",
-            outline(row, &scale)
-        );
+        out.path(colour, dashes, &outline(row, &scale));
     }
     legend(&mut out, rows, &names);
-    out.push_str("</svg>\n");
-    out
+    out.finish()
 }
 
-fn axes(out: &mut String, scale: &Scale) {
+fn axes(out: &mut Svg, scale: &Scale) {
     let (left, top, right, bottom) = PLOT;
     for (nanoseconds, name) in [
         (1e3, "1 µs"),
@@ -98,19 +86,19 @@ fn axes(out: &mut String, scale: &Scale) {
         let power = f64::log2(nanoseconds);
         if power <= f64::from(scale.last) {
             let x = scale.x(power);
-            line(out, (x, top), (x, bottom));
-            text(out, (x, bottom + 18.0), "middle", name);
+            out.line((x, top), (x, bottom));
+            out.text((x, bottom + 18.0), "middle", name);
         }
     }
     let mut count = 1.0;
     while count <= scale.most {
         let y = scale.y(count);
-        line(out, (left, y), (right, y));
-        text(out, (left - 8.0, y + 4.0), "end", &count.to_string());
+        out.line((left, y), (right, y));
+        out.text((left - 8.0, y + 4.0), "end", &count.to_string());
         count *= 10.0;
     }
-    line(out, (left, bottom), (right, bottom));
-    line(out, (left, top), (left, bottom));
+    out.line((left, bottom), (right, bottom));
+    out.line((left, top), (left, bottom));
 }
 
 /// Steps: each bucket from half of its end to its end.
@@ -134,21 +122,18 @@ fn outline(row: &Row, scale: &Scale) -> String {
     path
 }
 
-fn legend(out: &mut String, rows: &[Row], names: &[&str]) {
+fn legend(out: &mut Svg, rows: &[Row], names: &[&str]) {
     let share = (PLOT.2 - PLOT.0) / COLOURS.len() as f64;
     for (place, name) in names.iter().enumerate() {
         let x = PLOT.0 + share * place as f64;
         let colour = COLOURS[place % COLOURS.len()];
-        let _ = writeln!(
-            out,
-            "<rect x=\"{x:.1}\" y=\"388\" width=\"14\" height=\"14\" fill=\"{colour}\"/>"
-        );
-        text(out, (x + 20.0, 400.0), "start", name);
+        out.rectangle((x, 388.0), (14.0, 14.0), colour);
+        out.text((x + 20.0, 400.0), "start", name);
         let row = rows.iter().find(|row| row.series == *name);
         if let Some(row) = row {
             let (median, max) = (short(row.jitter.median), short(row.jitter.max));
             let said = format!("median {median}, max {max}");
-            text(out, (x + 20.0, 420.0), "start", &said);
+            out.text((x + 20.0, 420.0), "start", &said);
         }
     }
 }
@@ -158,20 +143,4 @@ fn short(nanoseconds: u64) -> String {
         0..1_000_000 => format!("{:.0} µs", nanoseconds as f64 / 1e3),
         _ => format!("{:.1} ms", nanoseconds as f64 / 1e6),
     }
-}
-
-fn line(out: &mut String, from: (f64, f64), to: (f64, f64)) {
-    let _ = writeln!(
-        out,
-        "<path class=\"g\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
-        from.0, from.1, to.0, to.1
-    );
-}
-
-fn text(out: &mut String, at: (f64, f64), anchor: &str, text: &str) {
-    let _ = writeln!(
-        out,
-        "<text class=\"t\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{text}</text>",
-        at.0, at.1
-    );
 }

@@ -11,6 +11,7 @@ pub struct Profile {
     system: &'static str,
     components: u32,
     isolated: bool,
+    host: &'static str,
 }
 
 impl Profile {
@@ -20,7 +21,14 @@ impl Profile {
             system,
             components,
             isolated,
+            host: "localhost",
         }
+    }
+
+    /// The same on another host.
+    #[must_use]
+    pub fn on(self, host: &'static str) -> Self {
+        Self { host, ..self }
     }
 
     /// Writes it into a folder, named after the system.
@@ -38,12 +46,15 @@ impl Profile {
 
     fn text(&self) -> String {
         let Self {
-            system, isolated, ..
+            system,
+            isolated,
+            host,
+            ..
         } = self;
         let components: String = (0..self.components)
             .map(|i| {
                 format!(
-                    r#"<rts:Components rts:id="RTC:rtsctl:bench:{TYPE}:1.0" rts:instanceName="{system}{i}" rts:pathUri="localhost/{system}{i}.rtc" rts:compositeType="None" rts:isRequired="true">
+                    r#"<rts:Components rts:id="RTC:rtsctl:bench:{TYPE}:1.0" rts:instanceName="{system}{i}" rts:pathUri="{host}/{system}{i}.rtc" rts:compositeType="None" rts:isRequired="true">
 <rts:ExecutionContexts rts:id="0" rts:kind="PERIODIC" rts:rate="10.0"/>
 <rtsExt:Properties rtsExt:name="rtsctl.isolated" rtsExt:value="{isolated}"/>
 </rts:Components>
