@@ -7,8 +7,8 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
-    diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, node, plan,
-    port, reset, schema, smoke, teardown, tick, top, up, version,
+    diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, node,
+    plan, port, reset, schema, smoke, teardown, tick, top, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;

@@ -42,7 +42,9 @@ pub enum BootstrapError {
     #[error(transparent)]
     Ssh(#[from] SshError),
     /// An agent runs there that nobody installed like this.
-    #[error("on {host} node {node} already has an agent that was not installed by `node bootstrap`: process {pid}, {program}")]
+    #[error(
+        "on {host} node {node} already has an agent that was not installed by `node bootstrap`: process {pid}, {program}"
+    )]
     Taken {
         /// The other machine.
         host: String,
@@ -93,7 +95,9 @@ impl BootstrapError {
         match self {
             BootstrapError::Ssh(e) => e.kind(),
             BootstrapError::Taken { .. } | BootstrapError::InUse { .. } => Kind::Conflict,
-            BootstrapError::NotServing { .. } | BootstrapError::CannotRun { .. } => Kind::Unreachable,
+            BootstrapError::NotServing { .. } | BootstrapError::CannotRun { .. } => {
+                Kind::Unreachable
+            }
         }
     }
 

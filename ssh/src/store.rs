@@ -135,7 +135,11 @@ pub(crate) async fn look(
         return Err(failed(session, &what, "there are more"));
     }
     if !root.starts_with('/') {
-        return Err(failed(session, "store files in a folder that is not absolute", root));
+        return Err(failed(
+            session,
+            "store files in a folder that is not absolute",
+            root,
+        ));
     }
     let mut stored = Vec::new();
     for file in files {
@@ -155,7 +159,12 @@ pub(crate) async fn store(
     let needed = stored.sent_bytes();
     if free.is_some_and(|free| free < needed) {
         let (host, path) = (session.host().to_owned(), root.to_owned());
-        return Err(SshError::Full { host, path, needed, free });
+        return Err(SshError::Full {
+            host,
+            path,
+            needed,
+            free,
+        });
     }
     for (local, there) in files.iter().zip(&stored.files) {
         if there.sent {
@@ -209,7 +218,12 @@ async fn note_needed(
         .collect();
     let what = "which files are there";
     let ran = session
-        .run_with(what, NEED, &[root, if make { "make" } else { "" }], list.as_bytes())
+        .run_with(
+            what,
+            NEED,
+            &[root, if make { "make" } else { "" }],
+            list.as_bytes(),
+        )
         .await?;
     let answer = String::from_utf8_lossy(&ran.out).into_owned();
     let mut lines = answer.lines();

@@ -15,8 +15,13 @@ pub enum Change {
     Stop(u32),
     /// Services of the account are to run while nobody is logged in.
     Linger,
-    /// The file of the unit is written.
-    WriteUnit(String),
+    /// The file that starts it is written: a unit or a script.
+    Write {
+        /// Where.
+        path: String,
+        /// All of it.
+        text: String,
+    },
     /// The unit is enabled and started, or started anew.
     StartUnit {
         /// Its name.
@@ -41,7 +46,7 @@ impl fmt::Display for Change {
             }
             Change::Stop(pid) => write!(f, "stop the agent that runs (process {pid}); managers go on"),
             Change::Linger => f.write_str("let services of the account run while nobody is logged in (loginctl enable-linger)"),
-            Change::WriteUnit(path) => write!(f, "write {path}"),
+            Change::Write { path, .. } => write!(f, "write {path}"),
             Change::StartUnit { unit, again: true } => write!(f, "restart {unit}; managers go on"),
             Change::StartUnit { unit, again: false } => write!(f, "enable and start {unit}"),
             Change::StartProcess => f.write_str("start the agent as a process"),
@@ -59,37 +64,40 @@ pub(super) fn changes(
     found: &Found,
     linger: bool,
 ) -> Vec<Change> {
-    let mut changes: Vec<Change> = files.iter().filter(|file| file.sent).cloned().map(Change::Copy).collect();
+    let mut changes: Vec<Change> = files
+        .iter()
+        .filter(|file| file.sent)
+        .cloned()
+        .map(Change::Copy)
+        .collect();
     let before = found.record.as_ref();
     let runs = found.runs(service.program()) && found.serves;
     let was_process = before.is_none_or(|record| record.keeper == Keeper::Process);
     let agent = found.agent.as_ref().map(|(pid, _)| *pid);
-    match service.keeper {
-        Keeper::Process => {
-            if !runs || before.is_none_or(|record| record.command != service.command) {
-                changes.extend(agent.map(Change::Stop));
-                changes.push(Change::StartProcess);
-            }
-        }
-        Keeper::SystemUnit | Keeper::UserUnit => {
-            if service.keeper == Keeper::UserUnit && !linger {
-                changes.push(Change::Linger);
-            }
-            let written = found.unit.as_deref() == Some(&service.unit());
-            if !written {
-                changes.push(Change::WriteUnit(service.unit_file()));
-            }
-            if !written || !runs {
-                changes.extend(agent.filter(|_| was_process).map(Change::Stop));
-                changes.push(Change::StartUnit {
-                    unit: service.unit_name(),
-                    again: agent.is_some() && !was_process,
-                });
-            }
-        }
+    if service.keeper == Keeper::UserUnit && !linger {
+        changes.push(Change::Linger);
+    }
+    let (path, text) = service.file();
+    let written = found.file.as_ref() == Some(&text);
+    if !written {
+        changes.push(Change::Write { path, text });
+    }
+    if !written || !runs {
+        // A unit is started anew by systemd, which knows its process.
+        let by_hand = was_process || service.keeper == Keeper::Process;
+        changes.extend(agent.filter(|_| by_hand).map(Change::Stop));
+        changes.push(match service.keeper {
+            Keeper::Process => Change::StartProcess,
+            Keeper::SystemUnit | Keeper::UserUnit => Change::StartUnit {
+                unit: service.unit_name(),
+                again: agent.is_some() && !by_hand,
+            },
+        });
     }
     let needed: Vec<&str> = record.digests().collect();
-    let old = unneeded(before, found).into_iter().filter(|digest| !needed.contains(&digest.as_str()));
+    let old = unneeded(before, found)
+        .into_iter()
+        .filter(|digest| !needed.contains(&digest.as_str()));
     let old: Vec<String> = old.collect();
     if !old.is_empty() {
         changes.push(Change::Forget(old));
@@ -99,8 +107,13 @@ pub(super) fn changes(
 
 /// Digests of an installation that no other one needs, each once.
 pub(super) fn unneeded(record: Option<&Record>, found: &Found) -> Vec<String> {
-    let digests = record.iter().flat_map(|record| record.digests()).map(str::to_owned);
-    let mut old: Vec<String> = digests.filter(|digest| !found.needed_elsewhere.contains(digest)).collect();
+    let digests = record
+        .iter()
+        .flat_map(|record| record.digests())
+        .map(str::to_owned);
+    let mut old: Vec<String> = digests
+        .filter(|digest| !found.needed_elsewhere.contains(digest))
+        .collect();
     old.sort();
     old.dedup();
     old
@@ -139,10 +152,13 @@ mod tests {
     /// What is there when the service has been installed, by an older program if `old`.
     fn installed(service: &Service, old: bool) -> Found {
         let digest = if old { "old" } else { "new" };
-        let before = Service { command: vec![format!("/h/programs/{digest}/rts-agent")], ..service.clone() };
+        let before = Service {
+            command: vec![format!("/h/programs/{digest}/rts-agent")],
+            ..service.clone()
+        };
         Found {
             record: Some(before.record(vec![digest.to_owned()], Vec::new(), false)),
-            unit: Some(before.unit()),
+            file: Some(before.file().1),
             agent: Some((77, before.program().to_owned())),
             serves: true,
             ..Found::default()
@@ -161,6 +177,7 @@ mod tests {
         let process = shown(&service(Keeper::Process), true, &Found::default());
         insta::assert_snapshot!(process, @r"
         copy rts-agent (2.9 MiB) to /h/programs/new/rts-agent
+        write /h/services/arm.sh
         start the agent as a process
         ");
     }
@@ -187,6 +204,7 @@ mod tests {
         found.needed_elsewhere.push("old".to_owned());
         insta::assert_snapshot!(shown(&process, true, &found), @r"
         copy rts-agent (2.9 MiB) to /h/programs/new/rts-agent
+        write /h/services/arm.sh
         stop the agent that runs (process 77); managers go on
         start the agent as a process
         ");
@@ -195,7 +213,14 @@ mod tests {
     #[test]
     fn what_has_died_is_started_again() {
         let system = service(Keeper::SystemUnit);
-        let found = Found { agent: None, serves: false, ..installed(&system, false) };
-        assert_eq!(shown(&system, false, &found), "enable and start rtsctl-agent-arm.service\n");
+        let found = Found {
+            agent: None,
+            serves: false,
+            ..installed(&system, false)
+        };
+        assert_eq!(
+            shown(&system, false, &found),
+            "enable and start rtsctl-agent-arm.service\n"
+        );
     }
 }

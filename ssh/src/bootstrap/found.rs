@@ -39,7 +39,9 @@ impl Record {
     /// Names that are those of files of ours, so that no path of the far side leads anywhere else.
     fn is_sound(&self) -> bool {
         let digest = |text: &str| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
-        let name = |text: &str| !text.is_empty() && !text.starts_with('.') && !text.contains(['/', '\n', ':']);
+        let name = |text: &str| {
+            !text.is_empty() && !text.starts_with('.') && !text.contains(['/', '\n', ':'])
+        };
         self.digests().all(digest) && self.modules.iter().all(|(_, file)| name(file))
     }
 }
@@ -51,8 +53,8 @@ pub struct Found {
     pub record: Option<Record>,
     /// Digests that installations of other nodes need.
     pub needed_elsewhere: Vec<String>,
-    /// Text of the unit's file.
-    pub unit: Option<String>,
+    /// Text of the file that starts it.
+    pub file: Option<String>,
     /// Process and program of the agent that runs.
     pub agent: Option<(u32, String)>,
     /// The agent serves.
@@ -77,14 +79,16 @@ impl Found {
                     let digests = other.iter().flat_map(Record::digests).map(str::to_owned);
                     found.needed_elsewhere.extend(digests);
                 }
-                "unit" => {
-                    let unit = found.unit.get_or_insert_default();
-                    unit.push_str(value);
-                    unit.push('\n');
+                "file" => {
+                    let file = found.file.get_or_insert_default();
+                    file.push_str(value);
+                    file.push('\n');
                 }
                 "agent" => found.agent = agent(value),
                 "serves" => found.serves = true,
-                "manager" if found.managers.len() < MAX_MANY => found.managers.extend(number(value)),
+                "manager" if found.managers.len() < MAX_MANY => {
+                    found.managers.extend(number(value))
+                }
                 "end" => whole = true,
                 _ => {}
             }
@@ -97,7 +101,9 @@ impl Found {
 
     /// The agent that runs is of this program.
     pub fn runs(&self, program: &str) -> bool {
-        self.agent.as_ref().is_some_and(|(_, running)| running == program)
+        self.agent
+            .as_ref()
+            .is_some_and(|(_, running)| running == program)
     }
 }
 
@@ -115,7 +121,9 @@ fn agent(text: &str) -> Option<(u32, String)> {
 
 /// The number of a process; 0, 1 and what is none are nobody.
 fn number(text: &str) -> Option<u32> {
-    text.parse().ok().filter(|pid| (2..=i32::MAX as u32).contains(pid))
+    text.parse()
+        .ok()
+        .filter(|pid| (2..=i32::MAX as u32).contains(pid))
 }
 
 #[cfg(test)]
@@ -132,15 +140,18 @@ mod tests {
     fn what_is_there_is_read() {
         let (a, b) = ("a".repeat(64), "b".repeat(64));
         let answer = format!(
-            "record {}\nother {}\nunit [Unit]\nunit x=1\nagent 77 /h/programs/a/rts-agent (deleted)\nserves yes\nmanager 78\nmanager 1\n\
+            "record {}\nother {}\nfile [Unit]\nfile x=1\nagent 77 /h/programs/a/rts-agent (deleted)\nserves yes\nmanager 78\nmanager 1\n\
              agency 3\nend yes\n",
             record(&a),
             record(&b)
         );
         let found = Found::parse(answer.as_bytes()).unwrap();
-        assert_eq!(found.record.as_ref().unwrap().digests().collect::<Vec<_>>(), [a.as_str(), &a]);
+        assert_eq!(
+            found.record.as_ref().unwrap().digests().collect::<Vec<_>>(),
+            [a.as_str(), &a]
+        );
         assert_eq!(found.needed_elsewhere, [b.clone(), b]);
-        assert_eq!(found.unit.as_deref(), Some("[Unit]\nx=1\n"));
+        assert_eq!(found.file.as_deref(), Some("[Unit]\nx=1\n"));
         assert!(found.runs("/h/programs/a/rts-agent") && found.serves);
         assert_eq!(found.managers, [78]);
     }
@@ -149,9 +160,17 @@ mod tests {
     fn nothing_half_and_nothing_strange_is_taken() {
         assert!(Found::parse(b"serves yes\n").is_err());
         assert_eq!(Found::parse(b"end yes").unwrap(), Found::default());
-        for strange in [record("../../etc"), record("").replace("libX", "../X"), "{".to_owned()] {
+        for strange in [
+            record("../../etc"),
+            record("").replace("libX", "../X"),
+            "{".to_owned(),
+        ] {
             let answer = format!("record {strange}\nagent -1 x\nagent x\nend yes\n");
-            assert_eq!(Found::parse(answer.as_bytes()).unwrap(), Found::default(), "{strange}");
+            assert_eq!(
+                Found::parse(answer.as_bytes()).unwrap(),
+                Found::default(),
+                "{strange}"
+            );
         }
     }
 }

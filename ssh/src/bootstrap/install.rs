@@ -57,9 +57,19 @@ pub async fn install(
         settled.names.clone(),
         known.is_some_and(|record| record.lingers),
     );
-    let changes = changes(&service, &settled.files.files, &record, &found, survey.linger);
+    let changes = changes(
+        &service,
+        &settled.files.files,
+        &record,
+        &found,
+        survey.linger,
+    );
     if request.dry_run {
-        return Ok(Installed { service, changes, lingers });
+        return Ok(Installed {
+            service,
+            changes,
+            lingers,
+        });
     }
     copy(session, &settled, &changes, &mut progress).await?;
     for change in &changes {
@@ -73,8 +83,11 @@ pub async fn install(
                 lingers = steps::linger(session, true).await?;
                 record.lingers |= lingers;
             }
-            Change::WriteUnit(path) => {
-                steps::write(session, path, "644", &service.unit()).await?;
+            Change::Write { path, text } if service.keeper == Keeper::Process => {
+                steps::write(session, path, "700", text).await?;
+            }
+            Change::Write { path, text } => {
+                steps::write(session, path, "644", text).await?;
                 steps::systemctl(session, service.keeper, &["daemon-reload"]).await?;
             }
             Change::StartUnit { unit, .. } => {
@@ -97,10 +110,18 @@ pub async fn install(
             steps::remove(session, &service, "", "", &digests).await?;
         }
     }
-    Ok(Installed { service, changes, lingers })
+    Ok(Installed {
+        service,
+        changes,
+        lingers,
+    })
 }
 
-fn refuse_strangers(session: &Session, service: &Service, found: &Found) -> Result<(), BootstrapError> {
+fn refuse_strangers(
+    session: &Session,
+    service: &Service,
+    found: &Found,
+) -> Result<(), BootstrapError> {
     let ours = format!("{}/", service.programs());
     match &found.agent {
         Some((pid, program)) if !program.starts_with(&ours) => Err(BootstrapError::Taken {
@@ -122,10 +143,16 @@ async fn settle(
     found: &Found,
 ) -> Result<Settled, BootstrapError> {
     let modules: &[PathBuf] = request.modules.as_deref().unwrap_or_default();
-    for file in [&request.agent, &request.manager].into_iter().chain(modules) {
+    for file in [&request.agent, &request.manager]
+        .into_iter()
+        .chain(modules)
+    {
         survey.check_machine(session.host(), file)?;
     }
-    let programs = vec![LocalFile::program(&request.agent), LocalFile::program(&request.manager)];
+    let programs = vec![
+        LocalFile::program(&request.agent),
+        LocalFile::program(&request.manager),
+    ];
     let modules: Vec<LocalFile> = modules.iter().map(LocalFile::data).collect();
     let mut files = session.lacking(&programs, &service.programs()).await?;
     let digests: Vec<String> = files.files.iter().map(|file| file.digest.clone()).collect();
@@ -133,17 +160,31 @@ async fn settle(
     let names = match &request.modules {
         Some(_) => {
             let there = session.lacking(&modules, &service.modules()).await?;
-            let names = there.files.iter().map(|file| (file.digest.clone(), file.name.clone()));
+            let names = there
+                .files
+                .iter()
+                .map(|file| (file.digest.clone(), file.name.clone()));
             let names = names.collect();
             files.files.extend(there.files);
             names
         }
-        None => found.record.as_ref().map(|record| record.modules.clone()).unwrap_or_default(),
+        None => found
+            .record
+            .as_ref()
+            .map(|record| record.modules.clone())
+            .unwrap_or_default(),
     };
     if let [agent, manager] = paths.as_slice() {
         service.run(agent, manager, &names, &request.aliases);
     }
-    Ok(Settled { service, programs, modules, files, digests, names })
+    Ok(Settled {
+        service,
+        programs,
+        modules,
+        files,
+        digests,
+        names,
+    })
 }
 
 /// Copies, and sees that the programs start there before anything depends on them.
@@ -153,13 +194,24 @@ async fn copy(
     changes: &[Change],
     progress: &mut impl FnMut(&Change),
 ) -> Result<(), BootstrapError> {
-    let copies = changes.iter().filter(|change| matches!(change, Change::Copy(_)));
+    let copies = changes
+        .iter()
+        .filter(|change| matches!(change, Change::Copy(_)));
     copies.for_each(progress);
-    session.store(&settled.programs, &settled.service.programs()).await?;
+    session
+        .store(&settled.programs, &settled.service.programs())
+        .await?;
     if !settled.modules.is_empty() {
-        session.store(&settled.modules, &settled.service.modules()).await?;
+        session
+            .store(&settled.modules, &settled.service.modules())
+            .await?;
     }
-    let new = settled.files.files.iter().take(settled.programs.len()).filter(|file| file.sent);
+    let new = settled
+        .files
+        .files
+        .iter()
+        .take(settled.programs.len())
+        .filter(|file| file.sent);
     for program in new {
         let words = ["exec \"$1\" --version", &program.path];
         let run = session.run("a program that was copied", words[0], &words[1..]);
@@ -169,7 +221,8 @@ async fn copy(
             said,
         };
         let ran = tokio::time::timeout(VERSION, run).await;
-        let ran = ran.map_err(|_| failed(format!("it said nothing within {} s", VERSION.as_secs())))??;
+        let ran =
+            ran.map_err(|_| failed(format!("it said nothing within {} s", VERSION.as_secs())))??;
         if ran.code != Some(0) {
             let out = tame(&String::from_utf8_lossy(&ran.out));
             return Err(failed(format!("{out} {}", ran.err).trim().to_owned()));

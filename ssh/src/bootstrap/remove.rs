@@ -30,7 +30,12 @@ pub async fn remove(
     let mut service = Service::new(survey, node);
     let mut found = steps::look(session, &service).await?;
     let Some(record) = found.record.clone() else {
-        return Ok(Removed { service, done: Vec::new(), managers: 0, left: None });
+        return Ok(Removed {
+            service,
+            done: Vec::new(),
+            managers: 0,
+            left: None,
+        });
     };
     if record.keeper != service.keeper {
         // As it was installed: the machine may have another keeper now.
@@ -40,15 +45,25 @@ pub async fn remove(
     let managers = found.managers.len();
     if managers > 0 && !yes {
         let (host, node) = (session.host().to_owned(), node.to_owned());
-        return Err(BootstrapError::InUse { host, node, managers });
+        return Err(BootstrapError::InUse {
+            host,
+            node,
+            managers,
+        });
     }
-    let unit = if found.unit.is_some() { service.unit_file() } else { String::new() };
+    let is_unit = service.keeper != Keeper::Process && found.file.is_some();
+    let (file, _) = service.file();
     let digests = unneeded(Some(&record), &found);
     let alone = found.needed_elsewhere.is_empty();
-    let mut removed = Removed { service, done: Vec::new(), managers, left: None };
+    let mut removed = Removed {
+        service,
+        done: Vec::new(),
+        managers,
+        left: None,
+    };
     let service = &removed.service;
     let mut done = Vec::new();
-    if !unit.is_empty() {
+    if is_unit {
         done.push(format!("stop, disable and remove {}", service.unit_name()));
     } else if let Some((pid, _)) = &found.agent {
         done.push(format!("stop the agent (process {pid})"));
@@ -61,7 +76,7 @@ pub async fn remove(
         removed.done = done;
         return Ok(removed);
     }
-    if !unit.is_empty() {
+    if is_unit {
         let disable = format!("disable --now {}", service.unit_name());
         steps::systemctl(session, service.keeper, &[&disable]).await?;
     }
@@ -71,8 +86,8 @@ pub async fn remove(
     let managers = steps::look(session, service).await?.managers;
     steps::stop(session, service, &managers, true).await?;
     let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-    let left = steps::remove(session, service, node, &unit, &digests).await?;
-    if !unit.is_empty() {
+    let left = steps::remove(session, service, node, &file, &digests).await?;
+    if is_unit {
         steps::systemctl(session, service.keeper, &["daemon-reload"]).await?;
     }
     if record.lingers && alone && service.keeper == Keeper::UserUnit {

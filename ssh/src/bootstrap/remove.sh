@@ -1,4 +1,4 @@
-# $1: home, $2: node, $3: file of the unit or nothing, then digests that nobody needs. Folders go when they are empty.
+# $1: home, $2: node, $3: file that starts the service, or nothing, then digests that nobody needs. Folders below the account's go when they are empty.
 LC_ALL=C; export LC_ALL;
 h="$1"; n="$2"; u="$3"; shift 3;
 e=$( {
@@ -12,7 +12,11 @@ rmdir "$h/$f" 2>/dev/null;
 done;
 fi;
 rmdir "$h/programs" "$h/modules" "$h/services" 2>/dev/null;
-rmdir "$h" 2>/dev/null; :;
+rmdir "$h" 2>/dev/null;
+for d in "${h%/*}" "${u%/*}"; do
+while case "$d" in "$HOME"/*) rmdir "$d" 2>/dev/null;; *) false;; esac; do d=${d%/*}; done;
+done;
+:;
 } 2>&1 );
 if [ -n "$e" ]; then echo "error $e"; exit 1; fi;
 if [ -d "$h" ]; then echo "left $(ls -A "$h" | head -n 5 | tr "\n" " ")"; fi;

@@ -108,23 +108,40 @@ impl Service {
         format!("{}/services/{}.json", self.home, self.node)
     }
 
+    /// Script that starts a plain process.
+    pub fn script_file(&self) -> String {
+        format!("{}/services/{}.sh", self.home, self.node)
+    }
+
     /// Log of a plain process.
     pub fn log_file(&self) -> String {
         format!("{}/services/{}.log", self.home, self.node)
     }
 
     /// Adds the arguments of the agent.
-    pub(super) fn run(&mut self, agent: &str, manager: &str, modules: &[(String, String)], aliases: &[String]) {
+    pub(super) fn run(
+        &mut self,
+        agent: &str,
+        manager: &str,
+        modules: &[(String, String)],
+        aliases: &[String],
+    ) {
         let mut command = vec![agent.to_owned()];
         let mut add = |key: &str, value: String| command.extend([key.to_owned(), value]);
         add("--home", self.home.clone());
         add("--node", self.node.clone());
-        add("--controller", format!("{}/run/{}/controller.sock", self.home, self.node));
+        add(
+            "--controller",
+            format!("{}/run/{}/controller.sock", self.home, self.node),
+        );
         add("--manager-program", manager.to_owned());
         let root = format!("{}/modules", self.home);
         let folders: Vec<String> = match modules {
             [] => vec![root],
-            modules => modules.iter().map(|(digest, _)| format!("{root}/{digest}")).collect(),
+            modules => modules
+                .iter()
+                .map(|(digest, _)| format!("{root}/{digest}"))
+                .collect(),
         };
         add("--module-path", folders.join(":"));
         for alias in aliases {
@@ -134,7 +151,12 @@ impl Service {
     }
 
     /// What is remembered of it when it is installed.
-    pub(super) fn record(&self, programs: Vec<String>, modules: Vec<(String, String)>, lingers: bool) -> Record {
+    pub(super) fn record(
+        &self,
+        programs: Vec<String>,
+        modules: Vec<(String, String)>,
+        lingers: bool,
+    ) -> Record {
         Record {
             node: self.node.clone(),
             keeper: self.keeper,
@@ -180,19 +202,43 @@ impl Service {
         text
     }
 
+    /// Text of the script that starts a plain process.
+    pub fn script(&self) -> String {
+        let quoted = |word: &str| shell_escape::unix::escape(word.to_owned().into()).into_owned();
+        let words: Vec<String> = self.command.iter().map(|word| quoted(word)).collect();
+        let (home, log) = (quoted(&self.home), quoted(&self.log_file()));
+        format!(
+            "#!/bin/sh\n\
+             # Starts the agent of node {node}, as `rtsctl node bootstrap` installed it.\n\
+             RTSCTL_HOME={home}; export RTSCTL_HOME\n\
+             exec {command} </dev/null >>{log} 2>&1\n",
+            node = self.node,
+            command = words.join(" "),
+        )
+    }
+
+    /// The file that starts it, and its text.
+    pub fn file(&self) -> (String, String) {
+        match self.keeper {
+            Keeper::Process => (self.script_file(), self.script()),
+            _ => (self.unit_file(), self.unit()),
+        }
+    }
+
     /// A line for the account's table of cron, which starts the process when the machine does.
     pub fn cron_line(&self) -> String {
         // Cron takes a percent sign for a line break.
-        let quoted = |word: &String| shell_escape::unix::escape(word.as_str().into()).replace('%', "\\%");
-        let words: Vec<String> = self.command.iter().map(quoted).collect();
-        let (home, log) = (quoted(&self.home), quoted(&self.log_file()));
-        format!("@reboot RTSCTL_HOME={home} {} >>{log} 2>&1", words.join(" "))
+        let script = shell_escape::unix::escape(self.script_file().into()).replace('%', "\\%");
+        format!("@reboot {script}")
     }
 }
 
 /// A word as systemd takes it: quoted where need be, without specifiers (systemd.syntax).
 fn unit_word(word: &str) -> String {
-    let escaped = word.replace('\\', "\\\\").replace('"', "\\\"").replace('%', "%%");
+    let escaped = word
+        .replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('%', "%%");
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=@+,".contains(c);
     match word.chars().all(plain) {
         true => escaped,
@@ -226,8 +272,14 @@ mod tests {
 
     fn service(systemd: Systemd, uid: u32) -> Service {
         let mut service = Service::new(&survey(systemd, uid), "arm7");
-        let modules = [("d1".to_owned(), "libA.so".to_owned()), ("d2".to_owned(), "libB.so".to_owned())];
-        let (agent, manager) = ("/home/pi/.local/state/rtsctl/programs/d3/rts-agent", "/p/d4/rts-manager");
+        let modules = [
+            ("d1".to_owned(), "libA.so".to_owned()),
+            ("d2".to_owned(), "libB.so".to_owned()),
+        ];
+        let (agent, manager) = (
+            "/home/pi/.local/state/rtsctl/programs/d3/rts-agent",
+            "/p/d4/rts-manager",
+        );
         service.run(agent, manager, &modules, &["robot.local".to_owned()]);
         service
     }
@@ -235,14 +287,20 @@ mod tests {
     #[test]
     fn the_unit_of_an_account_is_as_reviewed() {
         let service = service(Systemd::User, 1000);
-        assert_eq!(service.unit_file(), "/home/pi/.config/systemd/user/rtsctl-agent-arm7.service");
+        assert_eq!(
+            service.unit_file(),
+            "/home/pi/.config/systemd/user/rtsctl-agent-arm7.service"
+        );
         insta::assert_snapshot!(service.unit());
     }
 
     #[test]
     fn the_unit_of_a_machine_is_as_reviewed() {
         let service = service(Systemd::System, 0);
-        assert_eq!(service.unit_file(), "/etc/systemd/system/rtsctl-agent-arm7.service");
+        assert_eq!(
+            service.unit_file(),
+            "/etc/systemd/system/rtsctl-agent-arm7.service"
+        );
         insta::assert_snapshot!(service.unit());
     }
 
@@ -251,7 +309,8 @@ mod tests {
         assert_eq!(Keeper::of(&survey(Systemd::Absent, 0)), Keeper::Process);
         let service = service(Systemd::System, 1000);
         assert_eq!(service.keeper, Keeper::Process);
-        insta::assert_snapshot!(service.cron_line());
+        insta::assert_snapshot!(service.cron_line(), @"@reboot /home/pi/.local/state/rtsctl/services/arm7.sh");
+        insta::assert_snapshot!(service.script());
     }
 
     #[test]

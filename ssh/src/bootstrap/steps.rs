@@ -27,8 +27,8 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// What is there.
 pub(super) async fn look(session: &Session, service: &Service) -> Result<Found, SshError> {
     let what = "what is installed there";
-    let unit = service.unit_file();
-    let words = [service.home.as_str(), &service.node, &unit];
+    let (file, _) = service.file();
+    let words = [service.home.as_str(), &service.node, &file];
     let ran = session.run(what, LOOK, &words).await?;
     Found::parse(&ran.out).map_err(|reason| SshError::Answer {
         host: session.host().to_owned(),
@@ -38,7 +38,11 @@ pub(super) async fn look(session: &Session, service: &Service) -> Result<Found, 
 }
 
 /// Looks until an agent of this program serves; false when it does not in time.
-pub(super) async fn serves(session: &Session, service: &Service, limit: Duration) -> Result<bool, SshError> {
+pub(super) async fn serves(
+    session: &Session,
+    service: &Service,
+    limit: Duration,
+) -> Result<bool, SshError> {
     let end = tokio::time::Instant::now() + limit;
     loop {
         let found = look(session, service).await?;
@@ -67,31 +71,49 @@ pub(super) async fn log(session: &Session, service: &Service) -> String {
 }
 
 /// Writes a file whole or not at all.
-pub(super) async fn write(session: &Session, file: &str, mode: &str, text: &str) -> Result<(), SshError> {
-    step(session, file, WRITE, &[file, mode], text.as_bytes()).await.map(drop)
+pub(super) async fn write(
+    session: &Session,
+    file: &str,
+    mode: &str,
+    text: &str,
+) -> Result<(), SshError> {
+    step(session, file, WRITE, &[file, mode], text.as_bytes())
+        .await
+        .map(drop)
 }
 
 /// Tells `systemctl` these words, one after the other.
-pub(super) async fn systemctl(session: &Session, keeper: Keeper, commands: &[&str]) -> Result<(), SshError> {
+pub(super) async fn systemctl(
+    session: &Session,
+    keeper: Keeper,
+    commands: &[&str],
+) -> Result<(), SshError> {
     let words = [&[keeper.flag()], commands].concat();
     step(session, "systemd", UNIT, &words, b"").await.map(drop)
 }
 
 /// Starts a plain process.
 pub(super) async fn start(session: &Session, service: &Service) -> Result<(), SshError> {
-    let log = service.log_file();
-    let mut words = vec![service.home.as_str(), &log];
-    words.extend(service.command.iter().map(String::as_str));
-    step(session, &log, START, &words, b"").await.map(drop)
+    let script = service.script_file();
+    step(session, &script, START, &[&script], b"")
+        .await
+        .map(drop)
 }
 
 /// Ends processes of programs of ours; with `all`, what they started too.
-pub(super) async fn stop(session: &Session, service: &Service, pids: &[u32], all: bool) -> Result<(), SshError> {
+pub(super) async fn stop(
+    session: &Session,
+    service: &Service,
+    pids: &[u32],
+    all: bool,
+) -> Result<(), SshError> {
     let pids: Vec<String> = pids.iter().map(u32::to_string).collect();
     let root = service.programs();
     let mut words = vec![root.as_str(), if all { "all" } else { "alone" }];
     words.extend(pids.iter().map(String::as_str));
-    step(session, "a process", STOP, &words, b"").await.map(drop)
+    step(session, "a process", STOP, &words, b"")
+        .await
+        .map(drop)
 }
 
 /// Removes files; gives what is left in the home, if anything is.
@@ -99,17 +121,21 @@ pub(super) async fn remove(
     session: &Session,
     service: &Service,
     node: &str,
-    unit: &str,
+    file: &str,
     digests: &[&str],
 ) -> Result<Option<String>, SshError> {
-    let words = [&[service.home.as_str(), node, unit], digests].concat();
+    let words = [&[service.home.as_str(), node, file], digests].concat();
     step(session, &service.home, REMOVE, &words, b"").await
 }
 
 /// Lets services of the account run while nobody is logged in, or not; false when that is not permitted.
 pub(super) async fn linger(session: &Session, on: bool) -> Result<bool, SshError> {
     let script = "loginctl \"$1\" >/dev/null 2>&1";
-    let word = if on { "enable-linger" } else { "disable-linger" };
+    let word = if on {
+        "enable-linger"
+    } else {
+        "disable-linger"
+    };
     Ok(session.run(word, script, &[word]).await?.code == Some(0))
 }
 

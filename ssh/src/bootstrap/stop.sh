@@ -14,11 +14,13 @@ if ours "$p"; then kill -KILL "$p" 2>/dev/null; sleep 1; fi;
 if ours "$p"; then echo "error process $p does not end"; exit 1; fi;
 if [ "$a" = all ]; then
 kill -KILL "-$p" 2>/dev/null;
-for c in $g; do
-d="/sys/fs/cgroup/$c"; d=$(echo "$d" | tr -s /);
+for c in $g; do for b in /sys/fs/cgroup /sys/fs/cgroup/unified; do
+d=$(echo "$b/$c" | tr -s /);
+[ -d "$d" ] || continue;
 for k in $(cat "$d/cgroup.procs" 2>/dev/null); do kill -KILL "$k" 2>/dev/null; done;
-rmdir "$d" "${d%/*}" 2>/dev/null || { sleep 1; rmdir "$d" "${d%/*}" 2>/dev/null; };
-done;
+rmdir "$d" 2>/dev/null || { sleep 1; rmdir "$d" 2>/dev/null; };
+rmdir "${d%/*}" 2>/dev/null;
+done; done;
 fi;
 done;
 echo done

@@ -13,7 +13,8 @@ use crate::exit::Exit;
 use crate::session::Session;
 
 /// Said when Ctrl-C ends it.
-const AGAIN: &str = "run the same again: what is done is not done again, and half a file never counts";
+const AGAIN: &str =
+    "run the same again: what is done is not done again, and half a file never counts";
 
 /// Install the agent on a machine as a service of an account, over SSH
 ///
@@ -83,7 +84,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
 
 /// Opens a session; its socket lies in a private folder below that for temporary files.
 pub(super) async fn open(destination: &Destination, session: &Session) -> Result<Ssh, CliError> {
-    session.out.detail(&format!("rtsctl: logging in to {destination}"));
+    session
+        .out
+        .detail(&format!("rtsctl: logging in to {destination}"));
     Ok(Ssh::open(destination, &std::env::temp_dir()).await?)
 }
 
@@ -115,7 +118,10 @@ fn programs(named: Option<PathBuf>) -> Result<PathBuf, CliError> {
 fn module_files(named: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
     for path in named {
-        let read = |source| CliError::Read { path: path.clone(), source };
+        let read = |source| CliError::Read {
+            path: path.clone(),
+            source,
+        };
         if !std::fs::metadata(path).map_err(read)?.is_dir() {
             files.push(path.clone());
             continue;
@@ -126,7 +132,10 @@ fn module_files(named: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
             .filter(|file| file.extension().is_some_and(|e| e == "so") && file.is_file())
             .collect();
         if found.is_empty() {
-            return Err(CliError::usage(format!("there is no module (*.so) in {}", path.display())));
+            return Err(CliError::usage(format!(
+                "there is no module (*.so) in {}",
+                path.display()
+            )));
         }
         found.sort();
         files.append(&mut found);
@@ -159,6 +168,7 @@ fn show(
             "home": service.home,
             "keeper": service.keeper,
             "unit": unit.then(|| service.unit_name()),
+            "file": service.file().0,
             "command": service.command,
             "changed": !changes.is_empty() && !dry_run,
             "dryRun": dry_run,
@@ -169,11 +179,17 @@ fn show(
         return Ok(Exit::Ok);
     }
     if dry_run {
-        for change in &changes {
+        for change in &installed.changes {
             session.out.result(&format!("would {change}"))?;
+            if let Change::Write { text, .. } = change {
+                let lines = text.lines().map(|line| format!("    {line}\n"));
+                session.out.result(&lines.collect::<String>())?;
+            }
         }
     }
-    session.out.result(&sentence(destination, installed, dry_run))?;
+    session
+        .out
+        .result(&sentence(destination, installed, dry_run))?;
     for note in notes {
         session.out.say(&format!("rtsctl: {note}"));
     }
@@ -194,7 +210,10 @@ fn sentence(destination: &Destination, installed: &Installed, dry_run: bool) -> 
         count => crate::local::plural("change", count),
     };
     let runs = if dry_run { "would run" } else { "runs" };
-    format!("node/{} {runs} on {destination} as {kept}: {changes}", service.node)
+    format!(
+        "node/{} {runs} on {destination} as {kept}: {changes}",
+        service.node
+    )
 }
 
 #[cfg(test)]
@@ -214,7 +233,15 @@ mod tests {
         let twice = module_files(&[temp.path().to_owned(), path("sub/libA.so")]).unwrap_err();
         assert_eq!(twice.to_string(), "two modules are called libA.so");
         std::fs::remove_file(path("sub/libA.so")).unwrap();
-        assert!(module_files(&[path("sub")]).unwrap_err().to_string().contains("no module"));
-        assert_eq!(module_files(&[path("nothing")]).unwrap_err().exit().code(), 3);
+        assert!(
+            module_files(&[path("sub")])
+                .unwrap_err()
+                .to_string()
+                .contains("no module")
+        );
+        assert_eq!(
+            module_files(&[path("nothing")]).unwrap_err().exit().code(),
+            3
+        );
     }
 }

@@ -35,7 +35,9 @@ impl ReachArgs {
         if let (Some(before), Some(port)) = (destination.port, self.port)
             && before != port
         {
-            return Err(CliError::usage(format!("the port is said to be {before} and {port}")));
+            return Err(CliError::usage(format!(
+                "the port is said to be {before} and {port}"
+            )));
         }
         destination.port = self.port.or(destination.port);
         destination.identity = self.identity;

@@ -57,7 +57,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
                 });
                 format!("{object:#}")
             }
-            (true, _) => format!("node/{node} is not installed on {destination}: nothing to remove"),
+            (true, _) => {
+                format!("node/{node} is not installed on {destination}: nothing to remove")
+            }
             (false, _) if args.dry_run => {
                 let lines = removed.done.iter().map(|done| format!("would {done}\n"));
                 lines.collect()
@@ -67,7 +69,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         session.out.result(&text)?;
         if let Some(left) = &removed.left {
             let home = &removed.service.home;
-            session.out.say(&format!("rtsctl: left alone in {home}, as it is of others: {left}"));
+            session.out.say(&format!(
+                "rtsctl: left alone in {home}, as it is of others: {left}"
+            ));
         }
         Ok(Exit::Ok)
     };
