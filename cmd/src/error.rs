@@ -116,6 +116,12 @@ pub enum CliError {
     /// The local stack could not be started or stopped.
     #[error(transparent)]
     Local(#[from] LocalError),
+    /// Another machine by SSH.
+    #[error(transparent)]
+    Ssh(#[from] rts_ssh::SshError),
+    /// An agent as a service of another machine.
+    #[error(transparent)]
+    Bootstrap(#[from] rts_ssh::bootstrap::BootstrapError),
     /// Some required things do not run; they have been printed.
     #[error("system/{system} is only partly applied: {summary}")]
     Partly {
@@ -211,6 +217,8 @@ impl CliError {
             CliError::WouldRestart { .. } => Exit::Refused,
             CliError::NoController { .. } | CliError::Object { .. } => Exit::Unreachable,
             CliError::Local(e) => e.exit(),
+            CliError::Ssh(e) => Exit::of_ssh(e.kind()),
+            CliError::Bootstrap(e) => Exit::of_ssh(e.kind()),
             CliError::Partly { .. } => Exit::Partly,
             CliError::Deadline { .. } => Exit::Deadline,
             CliError::Interrupted => Exit::Interrupted,

@@ -3,9 +3,10 @@
 //!
 //! The far side needs nothing but a POSIX shell. What it says is not trusted: every answer is bounded, and no path or text of it
 //! becomes a part of a command unquoted. The user's own settings, agent and jump hosts are used; the host key is always checked.
-//! What a session is for is left to others.
+//! What a session is for is left to others, but for one thing: an agent that is installed as a service ([`bootstrap`]).
 
 mod answer;
+pub mod bootstrap;
 mod child;
 mod destination;
 mod diagnose;
