@@ -74,6 +74,11 @@ impl Keeper {
         lock(&self.last).clone()
     }
 
+    /// Looks at what was seen last.
+    pub fn look<T>(&self, at: impl FnOnce(&Inventory) -> T) -> T {
+        at(&lock(&self.last))
+    }
+
     /// Revision of what was seen last.
     pub fn revision(&self) -> u64 {
         lock(&self.last).revision

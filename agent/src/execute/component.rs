@@ -309,7 +309,8 @@ async fn is_there(
 /// Instance names are unique on a node: refuses one that another manager holds.
 async fn refuse_clash(verb: &Verb, key: &ManagerKey, instance: &str) -> Result<(), StepError> {
     let agent = &verb.agent;
-    if holder(&agent.inventory.last(), key, instance).is_none() {
+    let seen = |inventory: &Inventory| holder(inventory, key, instance);
+    if agent.inventory.look(seen).is_none() {
         return Ok(());
     }
     // What was seen last may be old.

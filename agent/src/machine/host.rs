@@ -75,11 +75,13 @@ impl Host {
         folders.make()?;
         let lock = NodeLock::take(&folders, &config.node).await?;
         let program = config.manager_program.as_path();
-        let nursery = config
-            .idle_managers
-            .map(|idle| Nursery::open(program, &folders.home, idle.min(Config::MOST_IDLE)));
+        let cgroups = Cgroups::of(&folders.home, Choice::from_env());
+        let nursery = config.idle_managers.map(|idle| {
+            let idle = idle.min(Config::MOST_IDLE);
+            Nursery::open(program, &folders.home, cgroups.clone(), idle)
+        });
         Ok(Self {
-            cgroups: Cgroups::of(&folders.home, Choice::from_env()),
+            cgroups,
             launcher: Launcher::new(program, nursery),
             finder: ModuleFinder::new(&config.module_path, program),
             pull,

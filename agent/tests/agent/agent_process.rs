@@ -36,7 +36,9 @@ fn config(home: &Path) -> Config {
             .join("heals")
             .exists()
             .then_some(Duration::from_millis(100)),
-        idle_managers: None,
+        idle_managers: std::fs::read_to_string(home.join("idle"))
+            .ok()
+            .map(|idle| idle.trim().parse().unwrap()),
     }
 }
 
@@ -84,6 +86,56 @@ impl AgentProcess {
         };
         this.serves().await;
         this
+    }
+
+    /// Starts it with the real manager program, a zygote, and so many managers that are ready.
+    pub async fn warm(choice: &'static str, idle: u8) -> Self {
+        let test = std::env::current_exe().unwrap();
+        let program = test.ancestors().nth(2).unwrap().join("rts-manager");
+        assert!(program.exists(), "build it: cargo build --workspace --bins");
+        Self::warm_with(choice, idle, |home| {
+            std::os::unix::fs::symlink(&program, home.join("manager")).unwrap();
+        })
+        .await
+    }
+
+    /// The same with the manager program that is put into the home.
+    pub async fn warm_with(choice: &'static str, idle: u8, put: impl FnOnce(&Path)) -> Self {
+        let home = tempfile::Builder::new()
+            .prefix("rts")
+            .tempdir_in("/tmp")
+            .unwrap();
+        std::fs::write(home.path().join("idle"), idle.to_string()).unwrap();
+        put(home.path());
+        let config = config(home.path());
+        let child = spawn(home.path(), choice);
+        let this = Self {
+            node: Node::of_process(home, config),
+            choice,
+            child,
+        };
+        this.serves().await;
+        this
+    }
+
+    /// Processes of this home with this name that live.
+    pub fn named(&self, name: &str) -> Vec<u32> {
+        let home = self.node.home.path().as_os_str().as_encoded_bytes();
+        let is_ours = |pid: &u32| {
+            let read =
+                |file: &str| std::fs::read(format!("/proc/{pid}/{file}")).unwrap_or_default();
+            let line = read("cmdline");
+            lives(*pid)
+                && read("comm").trim_ascii_end() == name.as_bytes()
+                && line.windows(home.len()).any(|part| part == home)
+        };
+        let processes = std::fs::read_dir("/proc").unwrap().flatten();
+        let mut found: Vec<u32> = processes
+            .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+            .filter(is_ours)
+            .collect();
+        found.sort_unstable();
+        found
     }
 
     /// Starts it again after it was killed.

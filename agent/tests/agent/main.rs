@@ -24,3 +24,4 @@ mod run_folder;
 mod session;
 mod setup;
 mod versions;
+mod zygote;

@@ -31,6 +31,8 @@ pub fn stop(home: &Home) -> Result<Stopped, LocalError> {
     managers::stop(home, &mut stopped)?;
     let strays = daemons::stop_strays(home, Program::Manager, &mut stopped);
     stopped.managers.extend(strays);
+    // They have ended with their agents, unless they are stopped or hang.
+    daemons::stop_strays(home, Program::Spare, &mut stopped);
     stopped.managers.sort();
     leftovers::end(home, &names, &mut stopped);
     managers::note_held(home, &mut stopped)?;

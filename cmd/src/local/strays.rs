@@ -18,6 +18,8 @@ pub enum Program {
     Agent,
     /// `rts-manager`.
     Manager,
+    /// `rts-manager` that an agent keeps ready to become a manager.
+    Spare,
 }
 
 impl Program {
@@ -25,7 +27,7 @@ impl Program {
         match self {
             Program::Controller => "rts-controller",
             Program::Agent => "rts-agent",
-            Program::Manager => "rts-manager",
+            Program::Manager | Program::Spare => "rts-manager",
         }
     }
 }
@@ -124,9 +126,11 @@ impl<'a> Arguments<'a> {
 
     fn is_of(&self, home: &Home, program: Program) -> bool {
         match program {
-            Program::Controller | Program::Agent => self
-                .value("--home")
-                .is_some_and(|of| same(Path::new(of), home.path())),
+            Program::Controller | Program::Agent => self.names(home),
+            Program::Spare => {
+                let is_spare = |word: &&[u8]| [&b"--zygote"[..], b"--idle"].contains(word);
+                self.0.get(1).is_some_and(is_spare) && self.names(home)
+            }
             // `H/run/<node>/<id>`.
             Program::Manager => self.value("--dir").is_some_and(|folder| {
                 let run = Path::new(folder).parent().and_then(Path::parent);
@@ -138,9 +142,15 @@ impl<'a> Arguments<'a> {
         }
     }
 
+    fn names(&self, home: &Home) -> bool {
+        self.value("--home")
+            .is_some_and(|of| same(Path::new(of), home.path()))
+    }
+
     fn name(&self, program: Program) -> String {
         let name = match program {
             Program::Controller => None,
+            Program::Spare => Some("a process that was kept ready".to_owned()),
             Program::Agent => self.text("--node"),
             Program::Manager => match (self.text("--system-name"), self.text("--name")) {
                 (Some(system), Some(name)) => Some(format!("{system}.{name}")),
@@ -190,6 +200,19 @@ mod tests {
             b"rts-manager\0--dir\0/tmp/h/x/local/01234567\0",
             Manager
         ));
+    }
+
+    #[test]
+    fn what_is_kept_ready_is_no_manager() {
+        use Program::{Manager, Spare};
+        for what in ["--zygote", "--idle"] {
+            let line = format!("m\0{what}\0--home\0/tmp/h\0\0\0");
+            assert!(is_of(line.as_bytes(), Spare) && !is_of(line.as_bytes(), Manager));
+            let other = format!("m\0{what}\0--home\0/tmp/h2\0");
+            assert!(!is_of(other.as_bytes(), Spare));
+        }
+        assert!(!is_of(b"m\0--dir\0/tmp/h/run/local/01234567\0\0", Spare));
+        assert!(is_of(b"m\0--dir\0/tmp/h/run/local/01234567\0\0", Manager));
     }
 
     #[test]

@@ -25,7 +25,7 @@ const MAX_DESCRIBING: usize = 4;
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Version {
     path: PathBuf,
-    inode: u64,
+    file: (u64, u64),
     modified: (i64, i64),
     size: u64,
 }
@@ -150,7 +150,7 @@ impl ModuleFinder {
     fn digest(&self, path: &Path, metadata: &Metadata) -> io::Result<String> {
         let version = Version {
             path: path.to_owned(),
-            inode: metadata.ino(),
+            file: (metadata.dev(), metadata.ino()),
             modified: (metadata.mtime(), metadata.mtime_nsec()),
             size: metadata.size(),
         };

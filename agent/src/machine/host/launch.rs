@@ -76,6 +76,14 @@ impl Launcher {
 
 /// One that is ready, or a new copy of the zygote; none when neither is to be had.
 async fn from(nursery: &Arc<Nursery>, start: &Start, ground: &Ground) -> Option<Born> {
+    match waiting(nursery, start, ground) {
+        Some(born) => Some(born),
+        None => copy(nursery, start, ground).await,
+    }
+}
+
+/// One that is ready, and is told who it is.
+fn waiting(nursery: &Nursery, start: &Start, ground: &Ground) -> Option<Born> {
     while let Some(child) = nursery.idle() {
         match name(&child, start, &ground.log) {
             Ok(()) => {
@@ -90,6 +98,11 @@ async fn from(nursery: &Arc<Nursery>, start: &Start, ground: &Ground) -> Option<
             }
         }
     }
+    None
+}
+
+/// A new copy, told who it is.
+async fn copy(nursery: &Nursery, start: &Start, ground: &Ground) -> Option<Born> {
     let born = nursery.fork(ground.cgroup.as_ref()).await?;
     match name(&born.child, start, &ground.log) {
         Ok(()) => Some(born),

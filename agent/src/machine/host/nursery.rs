@@ -1,5 +1,8 @@
 //! What keeps processes ready to become managers: the zygote, and a few of its copies that wait with their threads
 //! running. All of them end with this process, and none of them is a manager.
+//!
+//! Where a process can be born in its control group, none waits: to move one there that lives already stops the forks and
+//! exits of the whole machine, and takes longer than a birth and all that a new copy does.
 
 mod keep;
 mod stamp;
@@ -9,6 +12,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use rts_host::cgroup::{Cgroups, Version};
 use tokio::sync::Notify;
 
 use super::child::Child;
@@ -17,14 +21,19 @@ use super::zygote::Zygote;
 use crate::events::lock;
 use stamp::Stamp;
 
+/// Name of a control group that no manager has.
+const PROBE: &str = "probe";
+
 /// Where processes are kept ready.
 #[derive(Debug)]
 pub(super) struct Nursery {
     program: PathBuf,
     /// Shown by `ps`.
     home: PathBuf,
-    /// How many are to be ready.
+    /// How many are to be ready, where that is of use.
     wanted: usize,
+    /// The control groups of the home.
+    cgroups: Cgroups,
     state: Mutex<State>,
     /// Rings when there may be something to do.
     bell: Notify,
@@ -74,11 +83,12 @@ impl State {
 
 impl Nursery {
     /// Begins to keep so many ready, in the background, until it is closed.
-    pub fn open(program: &Path, home: &Path, wanted: u8) -> Arc<Self> {
+    pub fn open(program: &Path, home: &Path, cgroups: Cgroups, wanted: u8) -> Arc<Self> {
         let nursery = Arc::new(Self {
             program: program.to_owned(),
             home: home.to_owned(),
             wanted: wanted.into(),
+            cgroups,
             state: Mutex::default(),
             bell: Notify::new(),
         });
@@ -150,6 +160,15 @@ impl Nursery {
             state.zygote = None;
         }
         is_own
+    }
+
+    /// True where processes can be born in their control groups. Asked once, before any waits: blocks.
+    fn bears_in_groups(&self) -> bool {
+        self.cgroups.create(PROBE).is_ok_and(|probe| {
+            // Should it stay, it is empty, and goes with the others.
+            let _ = probe.remove();
+            probe.version() == Version::V2
+        })
     }
 
     fn wants(&self) -> Wants {

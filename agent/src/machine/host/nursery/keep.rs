@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use super::{Child, Nursery, Zygote};
@@ -86,6 +87,13 @@ async fn serve(nursery: &Arc<Nursery>, zygote: &Arc<Zygote>) -> Option<String> {
 async fn fill(nursery: &Arc<Nursery>, zygote: &Arc<Zygote>) -> String {
     if !zygote.ready(START).await {
         return format!("it did not start within {} s", START.as_secs());
+    }
+    if nursery.wanted > 0 {
+        let asked = nursery.clone();
+        let of_no_use = spawn_blocking(move || asked.bears_in_groups()).await;
+        if of_no_use.unwrap_or(false) {
+            return std::future::pending().await;
+        }
     }
     let mut patience = Patience::new();
     loop {
