@@ -1,18 +1,25 @@
 //! An agent as a service of an account: copied by digest, kept running by systemd where that is there, else a plain process. What
 //! is to be done is a list, made of what is wanted and what is there; only then is anything touched.
 
+#[cfg(feature = "session")]
 mod change;
 mod found;
+#[cfg(feature = "session")]
 mod install;
+#[cfg(feature = "session")]
 mod remove;
 mod service;
+#[cfg(feature = "session")]
 mod steps;
 
 use std::path::PathBuf;
 
+#[cfg(feature = "session")]
 pub use change::Change;
 pub use found::{Found, Record};
+#[cfg(feature = "session")]
 pub use install::{Installed, install};
+#[cfg(feature = "session")]
 pub use remove::{Removed, remove};
 pub use service::{Keeper, Service};
 

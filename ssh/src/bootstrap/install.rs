@@ -24,7 +24,7 @@ pub struct Installed {
     pub service: Service,
     /// What was done.
     pub changes: Vec<Change>,
-    /// Services of the account run while nobody is logged in, where that matters.
+    /// Services of the account run while nobody is logged in; also said where it was not tried.
     pub lingers: bool,
 }
 
@@ -68,7 +68,7 @@ pub async fn install(
         return Ok(Installed {
             service,
             changes,
-            lingers,
+            lingers: true,
         });
     }
     copy(session, &settled, &changes, &mut progress).await?;

@@ -182,7 +182,9 @@ fn show(
         for change in &installed.changes {
             session.out.result(&format!("would {change}"))?;
             if let Change::Write { text, .. } = change {
-                let lines = text.lines().map(|line| format!("    {line}\n"));
+                let lines = text
+                    .lines()
+                    .map(|line| format!("{}\n", format!("    {line}").trim_end()));
                 session.out.result(&lines.collect::<String>())?;
             }
         }
