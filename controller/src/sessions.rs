@@ -17,8 +17,8 @@ use tokio::time::Instant;
 pub use self::entry::{NodeEntry, Question, Session};
 use crate::fleet::Agent;
 
-/// Nodes that may greet.
-const MAX_NODES: usize = 1000;
+/// Nodes that may greet: each takes a connection each way, and all objects are made anew for a change of one.
+const MAX_NODES: usize = 10_000;
 
 /// All nodes that ever greeted this controller.
 pub struct Sessions {

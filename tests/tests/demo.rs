@@ -43,14 +43,18 @@ fn the_launch_benchmark_prints_its_rows() {
         String::from_utf8_lossy(&output.stderr)
     );
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON on stdout");
-    let names: Vec<_> = json["rows"]
+    let names: Vec<&str> = json["rows"]
         .as_array()
         .expect("rows")
         .iter()
-        .map(|row| row["row"].clone())
+        .filter_map(|row| row["row"].as_str())
         .collect();
+    let (pools, others): (Vec<&str>, Vec<&str>) =
+        names.into_iter().partition(|row| row.contains("-pool-"));
+    // One and ten processes, with none and two that wait.
+    assert!(pools.is_empty() || pools.len() == 4, "{pools:?}");
     assert_eq!(
-        names,
+        others,
         [
             "agent-1-same",
             "agent-1-separate",
@@ -68,4 +72,81 @@ fn the_launch_benchmark_prints_its_rows() {
             "{row}"
         );
     }
+}
+
+#[test]
+fn a_small_fleet_is_applied_changed_and_taken_down_at_one_controller() {
+    let output = Command::new(program("xtask"))
+        .args(["bench", "fleet", "--short", "--runs", "1"])
+        .args(["--seconds", "1", "--json", "--built", "dev"])
+        .current_dir(root())
+        .stdin(Stdio::null())
+        .output()
+        .expect("xtask starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let rows: Vec<_> = found["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .filter_map(|row| row["row"].as_str())
+        .collect();
+    let actions = ["apply", "no-op", "one-change", "teardown", "rest"];
+    assert_eq!(rows, actions.map(|action| format!("fleet-20-200-{action}")));
+    let real = found["real"].as_array().expect("real processes");
+    for (row, shared) in real.iter().zip([false, true]) {
+        // In one of its threads each, or those of a half of a process together.
+        assert_eq!(
+            (row["managers"].as_u64(), row["components"].as_u64()),
+            (Some(2), Some(20))
+        );
+        assert!(
+            row["cycles"].as_u64().is_some_and(|cycles| cycles > 0),
+            "{row}"
+        );
+        assert_eq!(
+            row["row"].as_str().is_some_and(|r| r.ends_with("shared")),
+            shared
+        );
+    }
+    let threads = |place: usize| real[place]["threads"].as_u64().expect("threads");
+    assert!(threads(0) > threads(1), "{real:?}");
+}
+
+#[test]
+fn the_benchmark_of_an_idle_stack_prints_its_tables() {
+    let output = Command::new(program("xtask"))
+        .args(["bench", "idle", "--runs", "1", "--seconds", "1"])
+        .args(["--components", "10", "--json", "--built", "dev"])
+        .current_dir(root())
+        .stdin(Stdio::null())
+        .output()
+        .expect("xtask starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let costs = found["costs"].as_array().expect("costs");
+    let both = costs
+        .iter()
+        .find(|cost| cost["components"] == 0 && cost["process"] == "controller + agent")
+        .expect("both");
+    assert_eq!(both["processes"], 2);
+    assert!(
+        both["pss_bytes"]
+            .as_u64()
+            .is_some_and(|bytes| bytes > 1_000_000)
+    );
+    assert!(
+        costs
+            .iter()
+            .any(|cost| cost["process"] == "managers" && cost["components"] == 10)
+    );
+    assert_eq!(found["rows"].as_array().map(Vec::len), Some(4));
 }

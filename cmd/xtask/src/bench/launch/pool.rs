@@ -17,8 +17,8 @@ const VARIABLE: &str = "RTSCTL_IDLE_MANAGERS";
 const OPTION: &str = "--idle-managers";
 /// Sizes that are compared.
 const SIZES: [usize; 2] = [0, 2];
-/// Name of the process of a manager.
-const NAME: &str = "rts-manager";
+/// Names of a manager that waits: with one that forks it, or as it is started.
+const NAMES: [&str; 2] = ["rts-idle", "rts-manager"];
 /// Longest wait until the pool is full.
 const LIMIT: Duration = Duration::from_secs(10);
 /// Between two looks.
@@ -124,7 +124,7 @@ impl Pool {
 
 fn is_manager(pid: u32) -> bool {
     let name = std::fs::read_to_string(format!("/proc/{pid}/comm"));
-    name.is_ok_and(|name| name.trim_end() == NAME)
+    name.is_ok_and(|name| NAMES.contains(&name.trim_end()))
 }
 
 /// Prints what pools cost as a table.
