@@ -7,8 +7,8 @@ use clap::{ArgAction, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
     activate, apply, check, completion, conf, connect, controller, convert, deactivate, describe,
-    diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, plan,
-    port, reset, schema, smoke, teardown, tick, top, up, version,
+    diff, disconnect, docs, down, events, explain, export, fmt, get, idl, logs, manager, node,
+    plan, port, reset, schema, smoke, teardown, tick, top, up, version,
 };
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -126,6 +126,8 @@ pub enum Command {
     #[command(subcommand)]
     Manager(manager::Command),
     #[command(subcommand)]
+    Node(node::Command),
+    #[command(subcommand)]
     Controller(controller::Command),
     Smoke(smoke::Args),
     Schema(schema::Args),
@@ -183,7 +185,7 @@ pub(crate) fn failed(error: &CliError, help: Option<String>, out: &Output) -> Ex
 async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError> {
     match command {
         Command::Up(args) => up::run(args, session).await,
-        Command::Down(args) => down::run(&args, session),
+        Command::Down(args) => down::run(&args, session).await,
         Command::Apply(args) => apply::run(args, session).await,
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,
@@ -207,6 +209,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Export(args) => export::run(&args, session).await,
         Command::Convert(args) => convert::run(&args, &session.out),
         Command::Manager(command) => manager::run(command, session).await,
+        Command::Node(command) => node::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
         Command::Check(args) => check::run(&args, &session.out),
         Command::Completion(args) => completion::run(&args, &session.out),

@@ -23,6 +23,7 @@ pub mod get;
 pub mod idl;
 pub mod logs;
 pub mod manager;
+pub mod node;
 pub mod plan;
 pub mod port;
 pub mod reset;

@@ -14,6 +14,8 @@ use super::home::Home;
 pub enum Program {
     /// `rts-controller`.
     Controller,
+    /// `rts-relay`.
+    Relay,
     /// `rts-agent`.
     Agent,
     /// `rts-manager`.
@@ -24,6 +26,7 @@ impl Program {
     fn file_name(self) -> &'static str {
         match self {
             Program::Controller => "rts-controller",
+            Program::Relay => "rts-relay",
             Program::Agent => "rts-agent",
             Program::Manager => "rts-manager",
         }
@@ -124,7 +127,7 @@ impl<'a> Arguments<'a> {
 
     fn is_of(&self, home: &Home, program: Program) -> bool {
         match program {
-            Program::Controller | Program::Agent => self
+            Program::Controller | Program::Relay | Program::Agent => self
                 .value("--home")
                 .is_some_and(|of| same(Path::new(of), home.path())),
             // `H/run/<node>/<id>`.
@@ -141,7 +144,7 @@ impl<'a> Arguments<'a> {
     fn name(&self, program: Program) -> String {
         let name = match program {
             Program::Controller => None,
-            Program::Agent => self.text("--node"),
+            Program::Relay | Program::Agent => self.text("--node"),
             Program::Manager => match (self.text("--system-name"), self.text("--name")) {
                 (Some(system), Some(name)) => Some(format!("{system}.{name}")),
                 (_, name) => name,

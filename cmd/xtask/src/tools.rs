@@ -8,12 +8,15 @@ use anyhow::{Context, Result, bail};
 use crate::project;
 
 /// What is needed: how to see that it is there, and the Debian package that has it.
-const NEEDS: [(&[&str], &str); 5] = [
+const NEEDS: [(&[&str], &str); 7] = [
     (&["cc", "--version"], "gcc"),
     (&["c++", "--version"], "g++"),
     (&["python3", "-c", "import ensurepip"], "python3-venv"),
     (&["flock", "--version"], "util-linux"),
     (&["omniidl", "-V"], "omniidl"),
+    (&["ssh", "-V"], "openssh-client"),
+    // It is on the path of root alone, and says of itself no more than that it does not know the flag.
+    (&["test", "-x", "/usr/sbin/sshd"], "openssh-server"),
 ];
 
 /// Installs missing system packages when running as root on Debian; otherwise says what to install.
@@ -51,15 +54,12 @@ fn install(packages: &[&str]) -> Result<()> {
     )
 }
 
-/// The SSH server, which is on the path of root alone. Installed when it is not there.
-pub fn sshd() -> Result<PathBuf> {
-    const USUAL: &str = "/usr/sbin/sshd";
-    let there = || find("sshd").or_else(|| Some(PathBuf::from(USUAL)).filter(|p| p.is_file()));
-    if let Some(found) = there() {
-        return Ok(found);
+/// Makes sure that there is an SSH server.
+pub fn sshd() -> Result<()> {
+    match rts_test_sshd::program() {
+        Some(_) => Ok(()),
+        None => install(&["openssh-server"]),
     }
-    install(&["openssh-server"])?;
-    there().with_context(|| format!("there is no {USUAL}"))
 }
 
 fn answers(command: &mut Command) -> bool {

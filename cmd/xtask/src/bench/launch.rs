@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Result;
+use rts_test_sshd::{Server, Setup};
 
 use self::profile::Profile;
 use super::Common;
-use super::ssh::Server;
 use super::stack::Stack;
 use super::{floors, stats};
+use crate::tools;
 
 /// Components of the rows that have many.
 const MANY: u32 = 10;
@@ -54,7 +55,10 @@ pub fn run(args: &Args) -> Result<()> {
     let (profile, programs) = args.common.programs()?;
     let server = match args.no_ssh {
         true => None,
-        false => Some(Server::start()?),
+        false => {
+            tools::sshd()?;
+            Some(Server::start(Setup::default())?)
+        }
     };
     let stack = Stack::start(&programs)?;
     let mut cases = agent(&stack)?;

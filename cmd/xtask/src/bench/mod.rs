@@ -7,7 +7,6 @@ mod jitter;
 mod launch;
 mod plan;
 mod read;
-mod ssh;
 mod stack;
 mod stats;
 

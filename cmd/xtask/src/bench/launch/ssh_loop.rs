@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail, ensure};
 use rts_manager_api::client::Client;
 use rts_manager_api::control::{CreateRequest, RequestBody, ResponseBody};
 use rts_manager_api::files::CONTROL_SOCKET;
+use rts_test_sshd::{HOST, Server};
 
-use super::super::ssh::{HOST, Server};
 use super::{MODULE, TYPE};
 use crate::project;
 

@@ -1,0 +1,243 @@
+//! Files on the far side, each in a folder that has its SHA-256 for a name: what is there is never sent again, half of a file
+//! never has a file's name, and two that copy at once do each other no harm.
+
+mod put;
+
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::diagnose::of_file;
+use crate::error::SshError;
+use crate::session::Session;
+
+const NEED: &str = include_str!("store_need.sh");
+
+/// Most files of one call.
+const MAX_FILES: usize = 10_000;
+/// Bytes that are read at once.
+const PIECE: usize = 64 * 1024;
+
+/// A file of this machine that is to be there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LocalFile {
+    /// Where it is here.
+    pub path: PathBuf,
+    /// File name that it has there.
+    pub name: String,
+    /// It is a program.
+    pub executable: bool,
+}
+
+impl LocalFile {
+    /// A program, which keeps its file name.
+    pub fn program(path: impl Into<PathBuf>) -> Self {
+        Self {
+            executable: true,
+            ..Self::data(path)
+        }
+    }
+
+    /// A file that is only read (or mapped, as a module is), which keeps its file name.
+    pub fn data(path: impl Into<PathBuf>) -> Self {
+        let path = path.into();
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        Self {
+            path,
+            name,
+            executable: false,
+        }
+    }
+}
+
+/// A file that is there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredFile {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 in lower-case hexadecimal digits.
+    pub digest: String,
+    /// Bytes.
+    pub size: u64,
+    /// Where it is there.
+    pub path: String,
+    /// It was not there before.
+    pub sent: bool,
+}
+
+/// The files that are there now, in the order in which they were asked for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Stored {
+    /// The files.
+    pub files: Vec<StoredFile>,
+}
+
+impl Stored {
+    /// Bytes that had to be sent.
+    pub fn sent_bytes(&self) -> u64 {
+        self.files
+            .iter()
+            .filter(|file| file.sent)
+            .map(|file| file.size)
+            .sum()
+    }
+
+    /// Files that had to be sent.
+    pub fn sent_files(&self) -> usize {
+        self.files.iter().filter(|file| file.sent).count()
+    }
+
+    /// Where the file of this name is.
+    pub fn path(&self, name: &str) -> Option<&str> {
+        let file = self.files.iter().find(|file| file.name == name)?;
+        Some(&file.path)
+    }
+}
+
+/// SHA-256 of a file in lower-case hexadecimal digits, and its size.
+pub fn digest_of(path: &Path) -> io::Result<(String, u64)> {
+    let mut file = std::fs::File::open(path)?;
+    let (mut hash, mut size, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
+    loop {
+        let read = file.read(&mut piece)?;
+        if read == 0 {
+            return Ok((hex(hash), size));
+        }
+        hash.update(&piece[..read]);
+        size += read as u64;
+    }
+}
+
+fn hex(hash: Sha256) -> String {
+    use std::fmt::Write;
+    hash.finalize()
+        .iter()
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}
+
+/// Copies what is not there yet.
+pub(crate) async fn store(
+    session: &Session,
+    files: &[LocalFile],
+    root: &str,
+) -> Result<Stored, SshError> {
+    if files.len() > MAX_FILES {
+        let what = format!("take more than {MAX_FILES} files at once");
+        return Err(failed(session, &what, "there are more"));
+    }
+    let mut stored = Vec::new();
+    for file in files {
+        stored.push(described(session, file, root).await?);
+    }
+    let free = note_needed(session, &mut stored, root).await?;
+    let needed = stored
+        .iter()
+        .filter(|file| file.sent)
+        .map(|file| file.size)
+        .sum();
+    if free.is_some_and(|free| free < needed) {
+        let (host, path) = (session.host().to_owned(), root.to_owned());
+        return Err(SshError::Full {
+            host,
+            path,
+            needed,
+            free,
+        });
+    }
+    for (local, there) in files.iter().zip(&stored) {
+        if there.sent {
+            put::put(session, local, there, root).await?;
+        }
+    }
+    Ok(Stored { files: stored })
+}
+
+async fn described(
+    session: &Session,
+    file: &LocalFile,
+    root: &str,
+) -> Result<StoredFile, SshError> {
+    let sound = !file.name.is_empty()
+        && !file.name.starts_with('.')
+        && file.name.chars().all(|c| c.is_ascii_graphic() && c != '/');
+    if !sound {
+        return Err(failed(
+            session,
+            "have a file of this name",
+            &format!("{:?}", file.name),
+        ));
+    }
+    let path = file.path.clone();
+    let read = tokio::task::spawn_blocking(move || digest_of(&path)).await;
+    let read = read.unwrap_or_else(|e| Err(io::Error::other(e)));
+    let (digest, size) = read.map_err(|source| SshError::Read {
+        path: file.path.clone(),
+        source,
+    })?;
+    Ok(StoredFile {
+        path: format!("{}/{digest}/{}", root.trim_end_matches('/'), file.name),
+        name: file.name.clone(),
+        digest,
+        size,
+        sent: true,
+    })
+}
+
+/// Asks which are there; gives the free bytes, as far as known.
+async fn note_needed(
+    session: &Session,
+    files: &mut [StoredFile],
+    root: &str,
+) -> Result<Option<u64>, SshError> {
+    let list: String = files
+        .iter()
+        .map(|f| format!("{} {} {}\n", f.digest, f.size, f.name))
+        .collect();
+    let what = "which files are there";
+    let ran = session
+        .run_with(what, NEED, &[root], list.as_bytes())
+        .await?;
+    let answer = String::from_utf8_lossy(&ran.out).into_owned();
+    let mut lines = answer.lines();
+    for file in files.iter_mut() {
+        file.sent = match lines.next() {
+            Some("have") => false,
+            Some("need") => true,
+            other => return Err(refused(session, root, 0, other, &ran.err)),
+        };
+    }
+    let free = lines.next().and_then(|line| line.strip_prefix("free "));
+    Ok(free.and_then(|free| free.trim().parse::<u64>().ok()?.checked_mul(1024)))
+}
+
+/// What a line means that says that something did not work.
+fn refused(session: &Session, path: &str, needed: u64, line: Option<&str>, err: &str) -> SshError {
+    let host = session.host();
+    let said = crate::answer::tame(line.unwrap_or_default());
+    let Some(said) = said.strip_prefix("error ") else {
+        let said = [said.as_str(), err].join(" ").trim().to_owned();
+        return SshError::Answer {
+            host: host.to_owned(),
+            what: format!("write {path}"),
+            said,
+        };
+    };
+    of_file(host, path, needed, None, said)
+        .unwrap_or_else(|| failed(session, &format!("write {path}"), said))
+}
+
+fn failed(session: &Session, what: &str, said: &str) -> SshError {
+    SshError::Failed {
+        host: session.host().to_owned(),
+        what: what.to_owned(),
+        said: said.to_owned(),
+    }
+}
