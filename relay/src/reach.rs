@@ -1,9 +1,13 @@
 //! From an SSH session to an agent that serves over it: programs are there by their digest, and one of them is started.
 
+use std::io;
+use std::pin::Pin;
 use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
 
 use rts_bridge::{Link, LinkError, pulse};
-use rts_ssh::{Kind, LocalFile, Session, SshError};
+use rts_ssh::{Child, Kind, LocalFile, Session, SshError};
+use tokio::io::{AsyncRead, ReadBuf};
 
 use crate::config::Config;
 use crate::log;
@@ -73,6 +77,19 @@ pub(crate) struct Reached {
     pub session: Session,
 }
 
+/// What the agent over there says. The agent's process is held with it.
+struct Output(Child);
+
+impl AsyncRead for Output {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.0.stdout).poll_read(context, buffer)
+    }
+}
+
 /// Logs in, copies what is missing, and starts the agent.
 pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
     let session = Session::open(&config.destination, &std::env::temp_dir()).await?;
@@ -123,7 +140,7 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
     let Some(stdin) = child.stdin.take() else {
         return Err(failed(LinkError::Gone(rts_bridge::Gone)));
     };
-    let near = rts_bridge::near(child.stdout, stdin, env!("CARGO_PKG_VERSION")).await;
+    let near = rts_bridge::near(Output(child), stdin, env!("CARGO_PKG_VERSION")).await;
     let near = near.map_err(failed)?;
     Ok(Reached {
         link: near.link,

@@ -205,8 +205,8 @@ struct States(BufReader<UnixStream>);
 impl States {
     async fn next(&mut self) -> Option<State> {
         let mut line = Vec::new();
-        let read = (&mut self.0).take(MAX_LINE).read_until(b'\n', &mut line);
-        read.await.ok()?;
+        let mut bounded = (&mut self.0).take(MAX_LINE);
+        bounded.read_until(b'\n', &mut line).await.ok()?;
         serde_json::from_slice(&line).ok()
     }
 }
