@@ -70,6 +70,7 @@ async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Invent
         aliases: agent.config.aliases.clone(),
         ledger,
         inventory: inventory.clone(),
+        transport: None,
     };
     let reply = controller.greet(&greeting).await?;
     agent.lease.sign();

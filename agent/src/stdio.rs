@@ -55,7 +55,7 @@ pub fn run_stdio(config: Config) -> Result<(), StdioError> {
 }
 
 async fn serve(config: Config) -> Result<(), StdioError> {
-    let (from, to) = pipes::own();
+    let (from, to) = pipes::own()?;
     let far = rts_bridge::far(from, to, env!("CARGO_PKG_VERSION")).await?;
     let (seat, listener) = match take(config).await {
         Ok(taken) => taken,

@@ -185,7 +185,7 @@ pub(crate) fn failed(error: &CliError, help: Option<String>, out: &Output) -> Ex
 async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError> {
     match command {
         Command::Up(args) => up::run(args, session).await,
-        Command::Down(args) => down::run(&args, session),
+        Command::Down(args) => down::run(&args, session).await,
         Command::Apply(args) => apply::run(args, session).await,
         Command::Diff(args) => diff::run(args, session).await,
         Command::Plan(args) => plan::run(args, session).await,

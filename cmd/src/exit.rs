@@ -50,6 +50,21 @@ impl Exit {
         }
     }
 
+    /// The one with this number; [`Exit::Unreachable`] when there is none.
+    pub fn of_code(code: u8) -> Self {
+        let known = [
+            Exit::Usage,
+            Exit::Invalid,
+            Exit::Partly,
+            Exit::Deadline,
+            Exit::Conflict,
+            Exit::Forbidden,
+            Exit::Refused,
+        ];
+        let found = known.into_iter().find(|exit| exit.code() == code);
+        found.unwrap_or(Exit::Unreachable)
+    }
+
     /// Of a request that failed.
     pub fn of_client(error: &ClientError) -> Self {
         match error {

@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::local::home::Home;
 use crate::local::lock::is_held;
 use crate::local::nodes::Nodes;
-use crate::local::{LOCAL_NODE, up};
+use crate::local::{LOCAL_NODE, relays, up};
 use crate::output::Output;
 
 /// Longest wait for an answer of the controller.
@@ -47,7 +47,11 @@ impl Session {
             None => Nodes::of(&self.home).ok(),
             Some(_) => None,
         };
-        let names = nodes.iter().flat_map(Nodes::all).map(|node| &node.name);
+        let own = nodes
+            .iter()
+            .flat_map(Nodes::all)
+            .filter(|node| node.ssh.is_none());
+        let names = own.map(|node| &node.name);
         let ended = |name: &&String| is_held(&self.home.agent_lock(name)).is_ok_and(|held| !held);
         names.filter(ended).cloned().collect()
     }
@@ -77,6 +81,7 @@ impl Session {
             None => {
                 self.home.check_length(LOCAL_NODE)?;
                 if self.local_answers().await? {
+                    relays::wake_for(self).await?;
                     return self.local(REQUEST_TIMEOUT);
                 }
                 if is_held(&self.home.controller_lock())? {

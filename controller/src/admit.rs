@@ -121,7 +121,11 @@ pub async fn examine(
     let placed = core.place(Some(&candidate));
     let needs = needs(&placed, &candidate);
     faults.extend(needs.faults);
-    faults.extend(reach::reach(&placed, &candidate));
+    faults.extend(reach::reach(
+        &placed,
+        &candidate,
+        &core.sessions.transports(),
+    ));
     let types = needs.types;
     let found = modules::resolve(core, &candidate.spec, &types);
     let found = found

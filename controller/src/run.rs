@@ -166,8 +166,13 @@ pub async fn expire_sessions(core: Arc<Core>) {
     loop {
         let (lost, next) = core.sessions.expire();
         for node in &lost {
-            tracing::warn!(node, "no heartbeat: unknown");
             let object = format!("node/{node}");
+            if core.sessions.get(node).is_some_and(|entry| entry.sleeps()) {
+                let message = "its session is closed: it is reached when a command needs it";
+                core.record(Happening::normal("NodeLeft", &object, message));
+                continue;
+            }
+            tracing::warn!(node, "no heartbeat: unknown");
             let message = "no heartbeat in time: its state is unknown";
             core.record(Happening::warning("NodeUnknown", &object, message));
         }

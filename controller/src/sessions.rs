@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jiff::Timestamp;
 use rts_agent_api::PROTOCOL_VERSION;
 use rts_agent_api::messages::LedgerFence;
-use rts_agent_api::session::{Heartbeat, SessionGreeting, UNKNOWN_AFTER};
+use rts_agent_api::session::{Heartbeat, SessionGreeting, Transport, UNKNOWN_AFTER};
 use rts_controller_api::Problem;
 use rts_plan::observed::Inventory;
 use tokio::sync::watch;
@@ -209,6 +209,16 @@ impl Sessions {
     /// True when some node did not answer once.
     pub fn any_unsure(&self) -> bool {
         self.nodes().values().any(NodeEntry::unsure)
+    }
+
+    /// Nodes that are reached by a session of their own, and how.
+    pub fn transports(&self) -> BTreeMap<String, Transport> {
+        let nodes = self.nodes();
+        let reached = nodes.iter().filter_map(|(name, entry)| {
+            let transport = entry.session.transport.clone()?;
+            Some((name.clone(), transport))
+        });
+        reached.collect()
     }
 
     /// One node.

@@ -40,6 +40,26 @@ pub struct SessionGreeting {
     pub ledger: Option<LedgerFence>,
     /// Everything that runs on it.
     pub inventory: Inventory,
+    /// How the agent is reached, where it is not of the controller's machine. Said by whoever reached it, not by the agent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transport: Option<Transport>,
+}
+
+/// How a node of another machine is reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "camelCase")]
+pub struct Transport {
+    /// `ssh`.
+    pub kind: String,
+    /// Whom it leads to (`user@host`).
+    pub destination: String,
+    /// An agent lives there on its own, and heals the node also while nobody reaches it.
+    pub resident: bool,
+}
+
+impl Transport {
+    /// Reached by SSH, while a command needs it.
+    pub const SSH: &str = "ssh";
 }
 
 /// Answer to a greeting.

@@ -6,10 +6,13 @@ use crate::commands::{ask, can_ask};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
-use crate::local::{LocalError, down, plural, remove};
+use crate::local::{LocalError, down, plural, relays, remove};
 use crate::session::Session;
 
 /// Stop the local stack: controller, agent, and every manager process
+///
+/// What runs on nodes that are reached by SSH is not stopped: `rtsctl teardown` does. While systems run there, it needs
+/// `--yes` to end all else, and does not purge.
 ///
 /// Works also when the controller and the agent are dead. Asks before it stops systems that run; where nobody can be
 /// asked, `--yes` is needed.
@@ -24,8 +27,12 @@ pub struct Args {
 }
 
 /// Stops everything, removes the run folder, and says what was stopped.
-pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
+pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let home = &session.home;
+    let far = relays::systems(session).await;
+    if !far.is_empty() && (args.purge || !args.yes) {
+        return Err(LocalError::SystemsRun { systems: far }.into());
+    }
     // Asked without the lock, so that nobody waits for a person; then looked at again.
     let asked = confirm(args, down::systems(home)?)?;
     let lock = HomeLock::take_existing(home)?;
@@ -48,6 +55,13 @@ pub fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     }
     let alone = remove::remove(home, args.purge)?;
     session.out.result(&stopped.words())?;
+    if !far.is_empty() {
+        let text = format!(
+            "rtsctl: left running, `rtsctl up` and `rtsctl teardown` end it: {}",
+            far.join(", ")
+        );
+        session.out.say(&text);
+    }
     for path in alone {
         let text = format!(
             "left alone, as it holds what is not of rtsctl: {}",

@@ -1,17 +1,23 @@
 //! `rtsctl node`: machines that components run on.
 
+mod add;
 mod bootstrap;
+mod list;
 mod reach;
+mod remove;
 mod unbootstrap;
 
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
 
-/// Machines that components run on: install an agent there over SSH
+/// Machines that components run on: those that are reached by SSH, and agents that are installed over it
 #[derive(Debug, clap::Subcommand)]
 #[allow(missing_docs, reason = "the help of a verb is on its arguments")]
 pub enum Command {
+    Add(Box<add::Args>),
+    List(list::Args),
+    Remove(remove::Args),
     Bootstrap(bootstrap::Args),
     Unbootstrap(unbootstrap::Args),
 }
@@ -19,6 +25,9 @@ pub enum Command {
 /// Runs one of the verbs.
 pub async fn run(command: Command, session: &Session) -> Result<Exit, CliError> {
     match command {
+        Command::Add(args) => add::run(&args, session).await,
+        Command::List(args) => list::run(args, session).await,
+        Command::Remove(args) => remove::run(&args, session).await,
         Command::Bootstrap(args) => bootstrap::run(args, session).await,
         Command::Unbootstrap(args) => unbootstrap::run(args, session).await,
     }

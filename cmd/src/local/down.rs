@@ -25,6 +25,7 @@ const KILLED: Duration = Duration::from_secs(5);
 pub fn stop(home: &Home) -> Result<Stopped, LocalError> {
     let mut stopped = Stopped::default();
     daemons::stop_controller(home, &mut stopped)?;
+    daemons::stop_relays(home, &mut stopped)?;
     daemons::stop_agents(home, &mut stopped)?;
     // Before their folders are removed: who left something behind is told by name.
     let names = managers::names(home)?;

@@ -103,6 +103,11 @@ impl Home {
         self.node_run(node).join("agent.lock")
     }
 
+    /// `run/<node>/relay.sock`: whoever is connected keeps the session of a node that is reached by SSH.
+    pub fn relay_socket(&self, node: &str) -> PathBuf {
+        self.node_run(node).join("relay.sock")
+    }
+
     /// `logs/<node>/agent.log`.
     pub fn agent_log(&self, node: &str) -> PathBuf {
         self.logs().join(node).join("agent.log")

@@ -4,6 +4,7 @@ pub mod down;
 pub mod home;
 pub mod lock;
 pub mod nodes;
+pub mod relays;
 pub mod remove;
 pub mod restore;
 pub mod strays;
@@ -82,6 +83,20 @@ pub enum LocalError {
         /// Its log.
         log: PathBuf,
     },
+    /// A node that is reached by SSH is not.
+    #[error("node {node} is not reached: {reason}")]
+    Relay {
+        /// The node.
+        node: String,
+        /// Why.
+        reason: String,
+        /// How to mend it.
+        help: Option<String>,
+        /// The exit code.
+        exit: Exit,
+        /// The relay's log.
+        log: PathBuf,
+    },
     /// Systems run and nobody said that they may be stopped.
     #[error("{} still running: {}", plural("system", systems.len()), systems.join(", "))]
     SystemsRun {
@@ -122,6 +137,7 @@ impl LocalError {
             | LocalError::SystemsRun { .. }
             | LocalError::Nodes(_)
             | LocalError::Declined => Exit::Usage,
+            LocalError::Relay { exit, .. } => *exit,
             LocalError::Locked { .. } => Exit::Deadline,
             LocalError::Left { .. } => Exit::Partly,
             LocalError::File { .. }
@@ -144,6 +160,10 @@ impl LocalError {
             LocalError::SystemsRun { .. } => Some(
                 "take them down with `rtsctl teardown`, or stop everything with `rtsctl down --yes`"
                     .to_owned(),
+            ),
+            LocalError::Relay { help, log, .. } => Some(
+                help.clone()
+                    .unwrap_or_else(|| format!("see {}", log.display())),
             ),
             LocalError::NotReady { log, .. } => Some(format!("see {}", log.display())),
             LocalError::Spawn { .. } => Some(

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use rts_ssh::Destination;
 use serde::{Deserialize, Serialize};
 
 use super::home::Home;
@@ -25,6 +26,26 @@ pub struct NodeSetup {
     /// Host names and addresses besides its name; none when nothing was said of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aliases: Option<Vec<String>>,
+    /// How it is reached, if it is not of this machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ssh: Option<SshNode>,
+}
+
+/// A node that is reached by SSH alone.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SshNode {
+    /// Whom to reach.
+    pub destination: Destination,
+    /// Folders of this machine that are searched for its modules; none for those of the one who starts its relay.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub module_path: Option<Vec<PathBuf>>,
+    /// Folder of this machine with the programs for it; none for that of `rtsctl`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub programs: Option<PathBuf>,
+    /// Seconds for which the session is kept when no command needs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep_seconds: Option<u64>,
 }
 
 impl NodeSetup {
@@ -33,6 +54,7 @@ impl NodeSetup {
         Self {
             name: name.to_owned(),
             aliases: None,
+            ssh: None,
         }
     }
 
@@ -67,6 +89,7 @@ impl FromStr for NodeSetup {
         Ok(Self {
             name: name.to_owned(),
             aliases,
+            ssh: None,
         })
     }
 }
@@ -121,6 +144,9 @@ impl Nodes {
         };
         for node in more {
             match all.nodes.iter_mut().find(|known| known.name == node.name) {
+                Some(known) if known.ssh != node.ssh && node.ssh.is_some() => {
+                    known.clone_from(node);
+                }
                 Some(known) if node.aliases.is_some() => known.aliases.clone_from(&node.aliases),
                 Some(_) => {}
                 None => all.nodes.push(node.clone()),
@@ -162,6 +188,20 @@ impl Nodes {
         let text = serde_json::to_vec_pretty(self)
             .map_err(|e| LocalError::file("write", &path)(e.into()))?;
         rts_host::files::replace_durably(&path, &text).map_err(LocalError::file("write", &path))
+    }
+
+    /// Those that are reached by SSH.
+    pub fn by_ssh(&self) -> impl Iterator<Item = &NodeSetup> {
+        self.nodes.iter().filter(|node| node.ssh.is_some())
+    }
+
+    /// All but one.
+    #[must_use]
+    pub fn without(&self, name: &str) -> Self {
+        let others = self.nodes.iter().filter(|node| node.name != name);
+        Self {
+            nodes: others.cloned().collect(),
+        }
     }
 
     /// Each of them.

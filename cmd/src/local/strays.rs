@@ -14,6 +14,8 @@ use super::home::Home;
 pub enum Program {
     /// `rts-controller`.
     Controller,
+    /// `rts-relay`.
+    Relay,
     /// `rts-agent`.
     Agent,
     /// `rts-manager`.
@@ -26,6 +28,7 @@ impl Program {
     fn file_name(self) -> &'static str {
         match self {
             Program::Controller => "rts-controller",
+            Program::Relay => "rts-relay",
             Program::Agent => "rts-agent",
             Program::Manager | Program::Spare => "rts-manager",
         }
@@ -126,7 +129,7 @@ impl<'a> Arguments<'a> {
 
     fn is_of(&self, home: &Home, program: Program) -> bool {
         match program {
-            Program::Controller | Program::Agent => self.names(home),
+            Program::Controller | Program::Relay | Program::Agent => self.names(home),
             Program::Spare => {
                 let is_spare = |word: &&[u8]| [&b"--zygote"[..], b"--idle"].contains(word);
                 self.0.get(1).is_some_and(is_spare) && self.names(home)
@@ -151,7 +154,7 @@ impl<'a> Arguments<'a> {
         let name = match program {
             Program::Controller => None,
             Program::Spare => Some("a process that was kept ready".to_owned()),
-            Program::Agent => self.text("--node"),
+            Program::Relay | Program::Agent => self.text("--node"),
             Program::Manager => match (self.text("--system-name"), self.text("--name")) {
                 (Some(system), Some(name)) => Some(format!("{system}.{name}")),
                 (_, name) => name,

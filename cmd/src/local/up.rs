@@ -1,6 +1,6 @@
 //! Starts the local controller and the agents of its nodes where they do not run yet.
 
-mod agents;
+pub(super) mod agents;
 
 use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
@@ -16,6 +16,7 @@ use tokio::process::Command;
 use super::home::Home;
 use super::lock::{HomeLock, is_held, make_folders};
 use super::nodes::{NodeSetup, Nodes};
+use super::relays;
 use super::strays::{self, Program};
 use super::{LOCAL_NODE, LocalError};
 use crate::error::CliError;
@@ -97,11 +98,13 @@ pub async fn ensure(session: &Session, wish: Wish) -> Result<Started, CliError> 
         nodes.save(home)?;
     }
     let module_path = module_path(wish.module_path);
+    // First those that may fail for reasons of another machine: an error is told before much is started.
+    let reached = relays::wake_all(session, &nodes, module_path.as_ref()).await?;
     for node in agents {
         agents::start_agent(home, node, module_path.as_ref()).await?;
         started.agents.push(node.name.clone());
     }
-    if !started.nothing() {
+    if !started.nothing() || reached {
         agents::wait_for(session, &nodes, &started.agents).await?;
     }
     drop(lock);
@@ -122,7 +125,7 @@ async fn start_controller(home: &Home, local_node: &str) -> Result<(), LocalErro
 }
 
 /// The folders with modules, as an agent can use them; none to leave it to the agent.
-fn module_path(said: Option<OsString>) -> Option<OsString> {
+pub(super) fn module_path(said: Option<OsString>) -> Option<OsString> {
     let path = said.or_else(|| std::env::var_os("RTSCTL_MODULE_PATH"));
     let path = path.filter(|path| !path.is_empty());
     path.map(|path| absolute_entries(&path))
@@ -137,7 +140,7 @@ fn absolute_entries(path: &OsString) -> OsString {
 }
 
 /// The program of this name in the folder of this one.
-fn beside(name: &str) -> Result<PathBuf, LocalError> {
+pub(super) fn beside(name: &str) -> Result<PathBuf, LocalError> {
     let own = std::env::current_exe().map_err(LocalError::file("find", "/proc/self/exe"))?;
     Ok(own.with_file_name(name))
 }
@@ -197,7 +200,7 @@ fn readiness(line: &str) -> Result<(), String> {
     }
 }
 
-fn open_log(path: &Path) -> Result<File, LocalError> {
+pub(super) fn open_log(path: &Path) -> Result<File, LocalError> {
     OpenOptions::new()
         .create(true)
         .append(true)

@@ -137,6 +137,14 @@ fn nodes(items: &[Node], look: Look) -> Table {
         Column("MANAGERS", Any, |n| n.status.managers.to_string()),
         Column("COMPONENTS", Any, |n| n.status.components.to_string()),
         Column("VERSION", Any, |n| n.status.version.clone()),
+        Column("TRANSPORT", Any, |n| match &n.spec.transport {
+            Some(transport) => transport.kind.clone(),
+            None => "local".to_owned(),
+        }),
+        Column("HEALING", Wide, |n| match &n.spec.transport {
+            Some(transport) if !transport.resident => "on-command".to_owned(),
+            _ => "by-agent".to_owned(),
+        }),
         Column("ENDPOINT", Wide, |n| one_word(&n.spec.endpoint)),
     ];
     columns(items, &all, |n| n.metadata.creation_timestamp, look)

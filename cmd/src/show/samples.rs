@@ -62,6 +62,7 @@ fn node() -> Node {
     let spec = NodeSpecView {
         endpoint: "/tmp/h/run/local/agent.sock".to_owned(),
         aliases: Vec::new(),
+        transport: None,
     };
     let status = NodeStatus {
         state: "Ready".to_owned(),

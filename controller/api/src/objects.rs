@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
+use rts_agent_api::session::Transport;
 pub use rts_plan::observed::{Activity, Latency, TapObserved, TimingObserved, Usage};
 use rts_plan::observed::{PortObserved, RealtimeObserved};
 use rts_schemas::system::{
@@ -237,13 +238,16 @@ pub struct NodeSpecView {
     /// Hosts in profiles that mean this node.
     #[serde(default)]
     pub aliases: Vec<String>,
+    /// How it is reached, where it is not of this machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transport: Option<Transport>,
 }
 
 /// State of a node.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
 pub struct NodeStatus {
-    /// `Ready`, `NotReady`, `Unknown`.
+    /// `Ready`, `NotReady`, `Unknown`; `OnDemand` for one that is reached by SSH when a command needs it.
     pub state: String,
     /// Last heartbeat. Raises no resourceVersion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -261,7 +265,7 @@ pub struct NodeStatus {
     /// Components that run on it.
     #[serde(default)]
     pub components: u32,
-    /// Why it is NotReady, in one CamelCase word: `ForeignLedger`, `StaleController`, `LedgerAhead`, `Silent`.
+    /// Why it is NotReady, in one CamelCase word: `ForeignLedger`, `StaleController`, `LedgerAhead`, `Silent`, `OnDemand`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The same for people, with how to mend it.

@@ -1,22 +1,47 @@
-//! Interface types of connectors that do not reach from one end to the other.
+//! Connectors that do not reach from one end to the other: by their interface type, or because no transport leads there.
 
+use std::collections::BTreeMap;
+
+use rts_agent_api::session::Transport;
 use rts_controller_api::ProblemError;
 use rts_plan::Placed;
-use rts_plan::desired::EndPlace;
+use rts_plan::desired::{EndPlace, PlacedConnector};
 use rts_schemas::connector::{Distance, read};
 use rts_schemas::system::SystemSpec;
 
 use super::check::Faults;
 use crate::store::SystemRecord;
 
-/// A fault for each connector of a candidate that can never be made where its components were placed.
-pub fn reach(placed: &Placed, candidate: &SystemRecord) -> Vec<ProblemError> {
+/// A fault for each connector of a candidate that can never be made where its components were placed. `transports`: nodes that
+/// are reached by a session, and how.
+pub fn reach(
+    placed: &Placed,
+    candidate: &SystemRecord,
+    transports: &BTreeMap<String, Transport>,
+) -> Vec<ProblemError> {
     let mut faults = Faults::default();
     let parts = placed.desired.nodes.iter();
     let parts = parts.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
     for (node, part) in parts.filter(|(_, part)| part.system.uid == candidate.uid) {
         // It stands on the nodes of both of its ends.
         for connector in part.connectors.iter().filter(|c| c.source.node == *node) {
+            if let Some((node, transport)) = cut_off(connector, transports) {
+                let detail = format!(
+                    "`{}` and `{}` are on the nodes `{}` and `{}`, and no samples get to or from `{node}`: it is reached by {} alone ({})",
+                    connector.spec.source,
+                    connector.spec.target,
+                    connector.source.node,
+                    connector.target.node,
+                    transport.kind,
+                    transport.destination,
+                );
+                let help = format!(
+                    "place both components on the same node (`rtsctl.node`); node {node} carries commands through its session, and no samples"
+                );
+                let pointer = pointer(&candidate.spec, &connector.spec.name);
+                faults.advise(pointer, "no-transport", detail, help);
+                continue;
+            }
             let Ok(settings) = read(&connector.spec.properties) else {
                 continue;
             };
@@ -40,6 +65,19 @@ pub fn reach(placed: &Placed, candidate: &SystemRecord) -> Vec<ProblemError> {
         }
     }
     faults.list
+}
+
+/// The end of a connector between two nodes that is reached by a session alone.
+fn cut_off<'a>(
+    connector: &'a PlacedConnector,
+    transports: &'a BTreeMap<String, Transport>,
+) -> Option<(&'a str, &'a Transport)> {
+    let ends = [&connector.source.node, &connector.target.node];
+    if ends[0] == ends[1] {
+        return None;
+    }
+    let reached = |node: &&'a String| Some((node.as_str(), transports.get(*node)?));
+    ends.iter().find_map(reached)
 }
 
 fn distance(source: &EndPlace, target: &EndPlace) -> Distance {

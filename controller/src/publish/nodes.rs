@@ -41,6 +41,7 @@ fn known(scene: &Scene<'_>, name: &str, entry: &NodeEntry) -> Node {
         NodeSpecView {
             endpoint: entry.session.endpoint.clone(),
             aliases: entry.session.aliases.clone(),
+            transport: entry.session.transport.clone(),
         },
         NodeStatus {
             state: state.to_owned(),
@@ -51,14 +52,32 @@ fn known(scene: &Scene<'_>, name: &str, entry: &NodeEntry) -> Node {
             components: u32::try_from(components).unwrap_or(u32::MAX),
             reason: match fenced {
                 Some(fenced) => Some(fenced.reason.to_owned()),
+                None if entry.sleeps() => Some("OnDemand".to_owned()),
                 None => silent.map(|_| "Silent".to_owned()),
             },
             message: fenced
                 .map(|fenced| fenced.message.clone())
-                .or(silent.cloned()),
+                .or(silent.cloned())
+                .or_else(|| by_session(entry)),
             ledger: fenced.and_then(|fenced| fenced.ledger.clone()),
         },
     )
+}
+
+/// What a person must know of a node that is reached by a session.
+fn by_session(entry: &NodeEntry) -> Option<String> {
+    let transport = entry.session.transport.as_ref()?;
+    let healing = match transport.resident {
+        true => "its own agent heals it meanwhile",
+        false => "between commands nothing there is healed",
+    };
+    let (kind, who) = (&transport.kind, &transport.destination);
+    Some(match entry.sleeps() {
+        true => format!(
+            "reached by {kind} ({who}) when a command needs it; what is shown was seen last; {healing}"
+        ),
+        false => format!("reached by {kind} ({who}) while a command needs it; {healing}"),
+    })
 }
 
 fn unknown(name: &str) -> Node {

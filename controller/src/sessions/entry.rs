@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
-use rts_agent_api::session::{Heartbeat, SessionGreeting};
+use rts_agent_api::session::{Heartbeat, SessionGreeting, Transport};
 use rts_controller_api::Problem;
 use rts_plan::observed::Inventory;
 use tokio::time::Instant;
@@ -56,6 +56,8 @@ pub struct Session {
     pub endpoint: String,
     /// Names by which hosts in profiles may mean the node.
     pub aliases: Vec<String>,
+    /// How it is reached, where it is not of this machine.
+    pub transport: Option<Transport>,
     /// What the agent's ledger holds: as it greeted, or as it has acknowledged since.
     pub ledger: Option<LedgerFence>,
     /// The ledger of another store that somebody said may be replaced.
@@ -84,6 +86,7 @@ impl Session {
             version: greeting.version.clone(),
             endpoint: greeting.endpoint.clone(),
             aliases: greeting.aliases.clone(),
+            transport: greeting.transport.clone(),
             ledger: greeting.ledger.clone(),
             claim: None,
             agent,
@@ -100,9 +103,15 @@ impl NodeEntry {
         !self.lost && self.failures == 1
     }
 
-    /// `Ready`, `NotReady` or `Unknown`.
+    /// Nobody reaches it just now, which is how it should be between two commands.
+    pub fn sleeps(&self) -> bool {
+        self.lost && self.session.transport.is_some()
+    }
+
+    /// `Ready`, `NotReady`, `Unknown`, or `OnDemand` for one that is reached when a command needs it.
     pub fn state(&self) -> &'static str {
         match (self.lost, &self.silent) {
+            (true, _) if self.sleeps() => "OnDemand",
             (true, _) => "Unknown",
             (false, Some(_)) => "NotReady",
             (false, None) => "Ready",

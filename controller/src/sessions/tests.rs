@@ -16,6 +16,7 @@ fn greeting(session: &str) -> SessionGreeting {
         aliases: Vec::new(),
         ledger: None,
         inventory: Inventory::default(),
+        transport: None,
     }
 }
 

@@ -43,6 +43,7 @@ pub fn of(spec: &SystemSpec) -> Result<Vec<NodeSetup>, CliError> {
     all.extend(nodes.into_iter().map(|(name, hosts)| NodeSetup {
         name,
         aliases: Some(hosts),
+        ssh: None,
     }));
     if all.len() > MAX_NODES {
         return Err(CliError::usage_help(

@@ -23,6 +23,19 @@ pub(super) fn stop_controller(home: &Home, stopped: &mut Stopped) -> Result<(), 
     note_held(what, &json, &lock, stopped)
 }
 
+/// Ends the relays of all nodes that are reached by SSH: the agents over there end with them, managers go on.
+pub(super) fn stop_relays(home: &Home, stopped: &mut Stopped) -> Result<(), LocalError> {
+    for node in folders(&home.run())? {
+        let what = format!("the relay of node {}", name_of(&node));
+        if stop_daemon(&what, &node.join("relay.json"), stopped) {
+            stopped.relays.push(name_of(&node));
+        }
+    }
+    let strays = stop_strays(home, Program::Relay, stopped);
+    stopped.relays.extend(strays);
+    Ok(())
+}
+
 /// Ends the agents of all nodes.
 pub(super) fn stop_agents(home: &Home, stopped: &mut Stopped) -> Result<(), LocalError> {
     let nodes = folders(&home.run())?;

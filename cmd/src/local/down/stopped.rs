@@ -7,6 +7,8 @@ use crate::local::plural;
 pub struct Stopped {
     /// The controller.
     pub controller: bool,
+    /// Relays, by node.
+    pub relays: Vec<String>,
     /// Agents, by node.
     pub agents: Vec<String>,
     /// Managers, by display name.
@@ -23,6 +25,9 @@ impl Stopped {
         let mut parts = Vec::new();
         if self.controller {
             parts.push("the controller".to_owned());
+        }
+        if !self.relays.is_empty() {
+            parts.push(plural("SSH relay", self.relays.len()));
         }
         if !self.agents.is_empty() {
             parts.push(plural("agent", self.agents.len()));

@@ -23,7 +23,7 @@ pub(super) async fn to_start<'a>(
     before: &Nodes,
 ) -> Result<Vec<&'a NodeSetup>, LocalError> {
     let mut missing = Vec::new();
-    for node in nodes.all() {
+    for node in nodes.all().iter().filter(|node| node.ssh.is_none()) {
         let lives = lives(home, &node.name).await?;
         if lives && node.hosts() != before.hosts_of(&node.name) {
             stop_agent(home, &node.name)?;
@@ -81,7 +81,7 @@ pub(super) async fn lives(home: &Home, node: &str) -> Result<bool, LocalError> {
 }
 
 /// Waits until the controller has met all agents, those that were started by the hosts that they have now.
-pub(super) async fn wait_for(
+pub(in crate::local) async fn wait_for(
     session: &Session,
     nodes: &Nodes,
     started: &[String],

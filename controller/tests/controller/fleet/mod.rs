@@ -276,5 +276,6 @@ pub fn greeting(agent: &FakeAgent, session: &str) -> SessionGreeting {
         aliases: vec![],
         ledger: agent.ledger(),
         inventory: agent.inventory_now(),
+        transport: None,
     }
 }

@@ -8,7 +8,6 @@ use anyhow::Result;
 use rts_test_sshd::{HOST, Server};
 
 use super::{Case, MANY, Profile, apply, teardown};
-use crate::bench::ssh::{HOST, Server};
 use crate::bench::stack::Stack;
 
 /// How the row and the node of each way is called, and the seconds that its session is kept; none for the usual minute.

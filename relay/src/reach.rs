@@ -1,0 +1,153 @@
+//! From an SSH session to an agent that serves over it: programs are there by their digest, and one of them is started.
+
+use std::io;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+
+use rts_bridge::{Link, LinkError, pulse};
+use rts_ssh::{Child, Kind, LocalFile, Session, SshError};
+use tokio::io::{AsyncRead, ReadBuf};
+
+use crate::config::Config;
+use crate::log;
+
+/// The node was not reached.
+#[derive(Debug, thiserror::Error)]
+pub enum ReachError {
+    /// The session.
+    #[error(transparent)]
+    Ssh(#[from] SshError),
+    /// The agent over there.
+    #[error("no agent serves on {host}{}", last.as_ref().map(|last| format!(", it said {last:?}")).unwrap_or_default())]
+    Agent {
+        /// Whom.
+        host: String,
+        /// Why.
+        source: LinkError,
+        /// The last that it said.
+        last: Option<String>,
+    },
+}
+
+impl ReachError {
+    /// Exit code of a program that needs the node.
+    pub fn exit(&self) -> u8 {
+        match self {
+            Self::Ssh(e) => match e.kind() {
+                Kind::Unreachable => 4,
+                Kind::Forbidden => 8,
+                Kind::Partly => 5,
+                Kind::Usage => 2,
+                Kind::Conflict => 7,
+            },
+            Self::Agent { .. } => 4,
+        }
+    }
+
+    /// How to mend it.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Ssh(e) => e.help(),
+            Self::Agent { .. } => None,
+        }
+    }
+
+    /// Trying again may help without that anybody mends something.
+    pub fn is_passing(&self) -> bool {
+        match self {
+            Self::Ssh(e) => e.is_passing(),
+            Self::Agent { source, .. } => {
+                !matches!(source, LinkError::Version { .. } | LinkError::Refused(_))
+            }
+        }
+    }
+}
+
+/// A node that is reached. Dropping it ends the agent over there, and then the session.
+pub(crate) struct Reached {
+    /// The connection with the agent.
+    pub link: Link,
+    /// Signs of life; taken by whoever keeps the connection.
+    pub pulse: Option<pulse::Near>,
+    /// An agent lives there on its own.
+    pub resident: bool,
+    /// The machine over there, as `uname -m` names it.
+    pub machine: String,
+    /// The session, which ends after the connection.
+    pub session: Session,
+}
+
+/// What the agent over there says. The agent's process is held with it.
+struct Output(Child);
+
+impl AsyncRead for Output {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.0.stdout).poll_read(context, buffer)
+    }
+}
+
+/// Logs in, copies what is missing, and starts the agent.
+pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
+    let session = Session::open(&config.destination, &std::env::temp_dir()).await?;
+    let survey = session.survey().await?;
+    let programs = ["rts-agent", "rts-manager"].map(|name| config.programs.join(name));
+    for program in &programs {
+        survey.check_machine(session.host(), program)?;
+    }
+    let home = survey.rtsctl_home();
+    let files = programs.map(LocalFile::program);
+    let stored = session.store(&files, &format!("{home}/programs")).await?;
+    if stored.sent_files() > 0 {
+        tracing::info!(
+            bytes = stored.sent_bytes(),
+            files = stored.sent_files(),
+            "copied programs"
+        );
+    }
+    let path = |name| stored.path(name).unwrap_or(name);
+    let (agent, manager) = (path("rts-agent"), path("rts-manager"));
+    let variable = format!("RTSCTL_HOME={home}");
+    let installed = format!("{home}/modules");
+    let arguments = [
+        variable.as_str(),
+        agent,
+        "--stdio",
+        "--home",
+        &home,
+        "--node",
+        &config.node,
+        "--manager-program",
+        manager,
+        "--module-path",
+        &installed,
+    ];
+    // What a component starts can be told to be of this home, wherever it goes.
+    let mut child = session.spawn("env", &arguments).await?;
+    let last = Arc::new(Mutex::new(None));
+    if let Some(stderr) = child.stderr.take() {
+        tokio::spawn(log::bring_home(stderr, Arc::clone(&last)));
+    }
+    let host = session.host().to_owned();
+    let failed = |source| ReachError::Agent {
+        host: host.clone(),
+        source,
+        last: log::last(&last),
+    };
+    let Some(stdin) = child.stdin.take() else {
+        return Err(failed(LinkError::Gone(rts_bridge::Gone)));
+    };
+    let near = rts_bridge::near(Output(child), stdin, env!("CARGO_PKG_VERSION")).await;
+    let near = near.map_err(failed)?;
+    Ok(Reached {
+        link: near.link,
+        pulse: Some(near.pulse),
+        resident: near.resident,
+        machine: survey.machine_name(),
+        session,
+    })
+}

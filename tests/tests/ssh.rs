@@ -1,0 +1,243 @@
+//! Nodes that are reached by SSH alone, at a real server.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use rts_test_sshd::{HOST, Server, Setup, for_test};
+use rts_tests::{Stack, alive, kill_9, processes_of};
+use serde_json::Value;
+
+const HELLO: &str = "manifests/hello/system.xml";
+/// Longest wait for what takes a moment.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A stack with one node over there.
+struct Lab {
+    stack: Stack,
+    server: Server,
+    far: tempfile::TempDir,
+}
+
+impl Lab {
+    /// None where there is no SSH server.
+    fn new(arguments: &[&str]) -> Option<Self> {
+        let far = tempfile::Builder::new().prefix("rtsf").tempdir_in("/tmp");
+        let far = far.expect("a folder in /tmp");
+        let home = far.path().display().to_string();
+        let setup = Setup::home(far.path()).with("XDG_STATE_HOME", &home);
+        let server = for_test(setup)?;
+        let stack = Stack::new();
+        let config = server.config().display().to_string();
+        let mut words = vec![
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ];
+        words.extend(arguments);
+        stack.expect(0, &words);
+        Some(Self { stack, server, far })
+    }
+
+    /// The home over there.
+    fn home(&self) -> PathBuf {
+        self.far.path().join("rtsctl")
+    }
+
+    fn log(&self) -> String {
+        let log = self.stack.home().join("logs/arm/agent.log");
+        std::fs::read_to_string(log).unwrap_or_default()
+    }
+
+    fn copied(&self) -> usize {
+        self.log().matches("copied module").count() + self.log().matches("copied programs").count()
+    }
+
+    /// Incarnation and process of each component.
+    fn components(&self) -> BTreeMap<String, (String, u64)> {
+        let of = |c: Value| {
+            let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
+            let pid = c["status"]["pid"].as_u64().unwrap_or_default();
+            assert_eq!(c["status"]["node"], "arm");
+            assert_eq!(c["status"]["state"], "Active", "{c:#}");
+            (
+                text(&c["metadata"]["name"]),
+                (text(&c["status"]["incarnation"]), pid),
+            )
+        };
+        self.stack.get("components").into_iter().map(of).collect()
+    }
+
+    /// The process that a file of a run folder names.
+    fn pid(&self, file: &Path) -> u32 {
+        let text = std::fs::read(file).unwrap_or_default();
+        let identity: Value = serde_json::from_slice(&text).unwrap_or_default();
+        identity["pid"]
+            .as_u64()
+            .expect("a process")
+            .try_into()
+            .expect("a pid")
+    }
+
+    fn far_agent(&self) -> u32 {
+        self.pid(&self.home().join("run/arm/stdio.json"))
+    }
+
+    fn relay(&self) -> u32 {
+        self.pid(&self.stack.home().join("run/arm/relay.json"))
+    }
+
+    /// Nothing is left over there but what was copied.
+    fn assert_gone(&self) {
+        let managers = processes_of(&self.home());
+        let managers: Vec<_> = managers
+            .into_iter()
+            .filter(|p| format!("{p:?}").contains("rts-manager"))
+            .collect();
+        assert!(managers.is_empty(), "{managers:?}");
+    }
+}
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        let _ = self.stack.rtsctl(&["down", "--yes"]);
+        rts_tests::kill(&self.home());
+    }
+}
+
+fn until(what: &str, done: impl Fn() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !done() {
+        assert!(Instant::now() < end, "{what} within {PATIENCE:?}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
+    let Some(lab) = Lab::new(&["--alias", "robot1", "--keep", "1"]) else {
+        return;
+    };
+    let stack = &lab.stack;
+    let said = stack.expect(0, &["apply", HELLO]);
+    assert!(
+        said.err
+            .contains("between commands nothing there is healed"),
+        "{said:#?}"
+    );
+    let before = lab.components();
+    assert_eq!(before.len(), 3);
+    let copied = lab.copied();
+    assert!(copied > 1, "{}", lab.log());
+    stack.expect(0, &["diff", HELLO]);
+    stack.expect(0, &["apply", HELLO]);
+    assert_eq!(lab.components(), before, "nothing was started again");
+    let node = stack.named("nodes", "arm");
+    assert_eq!(node["spec"]["transport"]["kind"], "ssh");
+    assert_eq!(node["status"]["state"], "Ready");
+    let log = stack.expect(0, &["logs", "Printer0", "--tail", "5"]);
+    assert!(!log.out.is_empty(), "{log:#?}");
+    stack.expect(0, &["conf", "set", "Sine0", "amplitude=2.5", "--yes"]);
+
+    // Left alone, the session is closed; what runs goes on, and the next command finds it as it was.
+    let (agent, relay) = (lab.far_agent(), lab.relay());
+    until("the relay and the agent over there end", || {
+        !alive(agent) && !alive(relay)
+    });
+    assert!(
+        before
+            .values()
+            .all(|(_, pid)| alive(u32::try_from(*pid).expect("a pid")))
+    );
+    assert_eq!(lab.components(), before);
+
+    // Killed over there, and killed here: found again, and nothing is started or copied a second time.
+    kill_9(lab.far_agent());
+    assert_eq!(lab.components(), before);
+    kill_9(lab.relay());
+    assert_eq!(lab.components(), before);
+    assert_eq!(lab.copied(), copied, "{}", lab.log());
+
+    let refused = stack.expect(2, &["down"]);
+    assert!(refused.err.contains("on node arm"), "{refused:#?}");
+    stack.expect(0, &["teardown", "hello", "--yes"]);
+    lab.assert_gone();
+    stack.expect(0, &["node", "remove", "arm"]);
+}
+
+#[test]
+fn an_apply_goes_on_when_its_session_is_killed() {
+    let Some(lab) = Lab::new(&[]) else {
+        return;
+    };
+    let mut apply = lab.stack.command(&["apply", HELLO]);
+    let apply = apply
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    until("a manager starts", || processes_of(&lab.home()).len() > 1);
+    lab.server.kill_sessions();
+    let said = apply.wait_with_output().expect("it ends");
+    let err = String::from_utf8_lossy(&said.stderr);
+    assert!(err.contains("was lost"), "{err}");
+    lab.stack.expect(0, &["apply", HELLO]);
+    let components = lab.components();
+    assert_eq!(components.len(), 3);
+    let managers: std::collections::BTreeSet<u64> =
+        components.values().map(|(_, pid)| *pid).collect();
+    assert_eq!(managers.len(), 2);
+    lab.stack.expect(0, &["teardown", "hello", "--yes"]);
+    lab.assert_gone();
+}
+
+#[test]
+fn a_node_that_lets_nobody_in_is_told_with_its_exit_code() {
+    let Some(server) = for_test(Setup {
+        stranger: true,
+        ..Setup::default()
+    }) else {
+        return;
+    };
+    let stack = Stack::new();
+    let config = server.config().display().to_string();
+    let said = stack.expect(
+        8,
+        &[
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ],
+    );
+    assert!(
+        said.err.contains("let nobody in") && said.err.contains("help:"),
+        "{said:#?}"
+    );
+    server.know_nothing().expect("the file is written");
+    let said = stack.expect(
+        8,
+        &[
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ],
+    );
+    assert!(said.err.contains("--accept-new"), "{said:#?}");
+    assert_eq!(stack.get("nodes").len(), 0, "it was not added");
+}
