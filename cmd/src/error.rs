@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use rts_controller_api::{ClientError, Problem, ProblemError};
 use rts_schemas::diagnostic::Report;
+use rts_ssh::SshError;
+use rts_ssh::bootstrap::BootstrapError;
 
 pub use self::help::Rest;
 use crate::exit::Exit;
@@ -118,10 +120,10 @@ pub enum CliError {
     Local(#[from] LocalError),
     /// Another machine by SSH.
     #[error(transparent)]
-    Ssh(#[from] rts_ssh::SshError),
+    Ssh(Box<SshError>),
     /// An agent as a service of another machine.
     #[error(transparent)]
-    Bootstrap(#[from] rts_ssh::bootstrap::BootstrapError),
+    Bootstrap(Box<BootstrapError>),
     /// Some required things do not run; they have been printed.
     #[error("system/{system} is only partly applied: {summary}")]
     Partly {
@@ -174,6 +176,18 @@ pub enum CliError {
         /// Why.
         source: serde_json::Error,
     },
+}
+
+impl From<SshError> for CliError {
+    fn from(error: SshError) -> Self {
+        CliError::Ssh(Box::new(error))
+    }
+}
+
+impl From<BootstrapError> for CliError {
+    fn from(error: BootstrapError) -> Self {
+        CliError::Bootstrap(Box::new(error))
+    }
 }
 
 impl CliError {

@@ -1,5 +1,10 @@
 //! An agent that is installed over SSH, on a real server: from a bare account to nothing left.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "what cannot go on fails the test that called it"
+)]
+
 use std::fs::File;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;

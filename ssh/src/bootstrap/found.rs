@@ -87,7 +87,7 @@ impl Found {
                 "agent" => found.agent = agent(value),
                 "serves" => found.serves = true,
                 "manager" if found.managers.len() < MAX_MANY => {
-                    found.managers.extend(number(value))
+                    found.managers.extend(number(value));
                 }
                 "end" => whole = true,
                 _ => {}
