@@ -10,6 +10,15 @@ use rts_tests::{Stack, alive, kill_9, processes_of};
 use serde_json::Value;
 
 const HELLO: &str = "manifests/hello/system.xml";
+/// Profiles of the corpus, and how many components they have.
+const PROFILES: [(&str, usize); 3] = [
+    ("Nobu19800__CrawlerSystem__Crawler.rtsys", 8),
+    (
+        "sugarsweetrobotics__vrep_mcl_test__MobileRobotSystem.xml",
+        6,
+    ),
+    ("gbiggs__rtshell__rtsystem.xml", 5),
+];
 /// Longest wait for what takes a moment.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -30,7 +39,16 @@ impl Lab {
         let server = for_test(setup)?;
         let stack = Stack::new();
         let config = server.config().display().to_string();
-        let mut words = vec!["node", "add", "--ssh", HOST, "--name", "arm", "--ssh-config", &config];
+        let mut words = vec![
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ];
         words.extend(arguments);
         stack.expect(0, &words);
         Some(Self { stack, server, far })
@@ -57,7 +75,10 @@ impl Lab {
             let pid = c["status"]["pid"].as_u64().unwrap_or_default();
             assert_eq!(c["status"]["node"], "arm");
             assert_eq!(c["status"]["state"], "Active", "{c:#}");
-            (text(&c["metadata"]["name"]), (text(&c["status"]["incarnation"]), pid))
+            (
+                text(&c["metadata"]["name"]),
+                (text(&c["status"]["incarnation"]), pid),
+            )
         };
         self.stack.get("components").into_iter().map(of).collect()
     }
@@ -66,7 +87,11 @@ impl Lab {
     fn pid(&self, file: &Path) -> u32 {
         let text = std::fs::read(file).unwrap_or_default();
         let identity: Value = serde_json::from_slice(&text).unwrap_or_default();
-        identity["pid"].as_u64().expect("a process").try_into().expect("a pid")
+        identity["pid"]
+            .as_u64()
+            .expect("a process")
+            .try_into()
+            .expect("a pid")
     }
 
     fn far_agent(&self) -> u32 {
@@ -79,8 +104,7 @@ impl Lab {
 
     /// Nothing is left over there but what was copied.
     fn assert_gone(&self) {
-        let managers = processes_of(&self.home());
-        let managers: Vec<_> = managers.into_iter().filter(|p| format!("{p:?}").contains("rts-manager")).collect();
+        let managers = processes_of(&self.home().join("run/arm"));
         assert!(managers.is_empty(), "{managers:?}");
     }
 }
@@ -88,7 +112,7 @@ impl Lab {
 impl Drop for Lab {
     fn drop(&mut self) {
         let _ = self.stack.rtsctl(&["down", "--yes"]);
-        rts_tests::kill(&self.home());
+        processes_of(&self.home()).into_iter().for_each(kill_9);
     }
 }
 
@@ -107,7 +131,11 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     };
     let stack = &lab.stack;
     let said = stack.expect(0, &["apply", HELLO]);
-    assert!(said.err.contains("between commands nothing there is healed"), "{said:#?}");
+    assert!(
+        said.err
+            .contains("between commands nothing there is healed"),
+        "{said:#?}"
+    );
     let before = lab.components();
     assert_eq!(before.len(), 3);
     let copied = lab.copied();
@@ -124,8 +152,14 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
 
     // Left alone, the session is closed; what runs goes on, and the next command finds it as it was.
     let (agent, relay) = (lab.far_agent(), lab.relay());
-    until("the relay and the agent over there end", || !alive(agent) && !alive(relay));
-    assert!(before.values().all(|(_, pid)| alive(u32::try_from(*pid).expect("a pid"))));
+    until("the relay and the agent over there end", || {
+        !alive(agent) && !alive(relay)
+    });
+    assert!(
+        before
+            .values()
+            .all(|(_, pid)| alive(u32::try_from(*pid).expect("a pid")))
+    );
     assert_eq!(lab.components(), before);
 
     // Killed over there, and killed here: found again, and nothing is started or copied a second time.
@@ -139,7 +173,39 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     assert!(refused.err.contains("on node arm"), "{refused:#?}");
     stack.expect(0, &["teardown", "hello", "--yes"]);
     lab.assert_gone();
+
+    // Samples do not come through the session: a system over two nodes is refused before anything is touched.
+    stack.expect(0, &["up", "--node", "base"]);
+    let said = stack.expect(
+        3,
+        &["apply", "-f", HELLO, "-f", "manifests/hello/nodes.yaml"],
+    );
+    assert!(said.err.contains("reached by ssh alone"), "{said:#?}");
+    assert!(stack.get("systems").is_empty());
     stack.expect(0, &["node", "remove", "arm"]);
+    assert_eq!(lab.copied(), copied, "{}", lab.log());
+}
+
+#[test]
+fn profiles_that_users_wrote_run_on_a_node_that_is_reached_by_ssh() {
+    let Ok(corpus) = std::env::var("RTSCTL_CORPUS") else {
+        println!("skipped: RTSCTL_CORPUS is not set");
+        return;
+    };
+    let Some(lab) = Lab::new(&[]) else {
+        return;
+    };
+    for (profile, components) in PROFILES {
+        let file = format!("{corpus}/rts/{profile}");
+        let said = lab.stack.expect(0, &["apply", &file, "--stand-ins"]);
+        let told = format!("{components} of {components} are stand-ins");
+        assert!(said.out.contains(&told), "{said:#?}");
+        assert_eq!(lab.components().len(), components);
+        let system = lab.stack.get("systems").remove(0);
+        let name = system["metadata"]["name"].as_str().expect("a name");
+        lab.stack.expect(0, &["teardown", name, "--yes"]);
+        lab.assert_gone();
+    }
 }
 
 #[test]
@@ -148,8 +214,14 @@ fn an_apply_goes_on_when_its_session_is_killed() {
         return;
     };
     let mut apply = lab.stack.command(&["apply", HELLO]);
-    let apply = apply.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
-    until("a manager starts", || processes_of(&lab.home()).len() > 1);
+    let apply = apply
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    until("a manager starts", || {
+        !processes_of(&lab.home().join("run/arm")).is_empty()
+    });
     lab.server.kill_sessions();
     let said = apply.wait_with_output().expect("it ends");
     let err = String::from_utf8_lossy(&said.stderr);
@@ -157,7 +229,8 @@ fn an_apply_goes_on_when_its_session_is_killed() {
     lab.stack.expect(0, &["apply", HELLO]);
     let components = lab.components();
     assert_eq!(components.len(), 3);
-    let managers: std::collections::BTreeSet<u64> = components.values().map(|(_, pid)| *pid).collect();
+    let managers: std::collections::BTreeSet<u64> =
+        components.values().map(|(_, pid)| *pid).collect();
     assert_eq!(managers.len(), 2);
     lab.stack.expect(0, &["teardown", "hello", "--yes"]);
     lab.assert_gone();
@@ -165,15 +238,45 @@ fn an_apply_goes_on_when_its_session_is_killed() {
 
 #[test]
 fn a_node_that_lets_nobody_in_is_told_with_its_exit_code() {
-    let Some(server) = for_test(Setup { stranger: true, ..Setup::default() }) else {
+    let Some(server) = for_test(Setup {
+        stranger: true,
+        ..Setup::default()
+    }) else {
         return;
     };
     let stack = Stack::new();
     let config = server.config().display().to_string();
-    let said = stack.expect(8, &["node", "add", "--ssh", HOST, "--name", "arm", "--ssh-config", &config]);
-    assert!(said.err.contains("let nobody in") && said.err.contains("help:"), "{said:#?}");
+    let said = stack.expect(
+        8,
+        &[
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ],
+    );
+    assert!(
+        said.err.contains("let nobody in") && said.err.contains("help:"),
+        "{said:#?}"
+    );
     server.know_nothing().expect("the file is written");
-    let said = stack.expect(8, &["node", "add", "--ssh", HOST, "--name", "arm", "--ssh-config", &config]);
+    let said = stack.expect(
+        8,
+        &[
+            "node",
+            "add",
+            "--ssh",
+            HOST,
+            "--name",
+            "arm",
+            "--ssh-config",
+            &config,
+        ],
+    );
     assert!(said.err.contains("--accept-new"), "{said:#?}");
     assert_eq!(stack.get("nodes").len(), 0, "it was not added");
 }
