@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use rts_controller_api::{ClientError, Problem, ProblemError};
 use rts_schemas::diagnostic::Report;
+use rts_ssh::SshError;
+use rts_ssh::bootstrap::BootstrapError;
 
 pub use self::help::Rest;
 use crate::exit::Exit;
@@ -116,6 +118,12 @@ pub enum CliError {
     /// The local stack could not be started or stopped.
     #[error(transparent)]
     Local(#[from] LocalError),
+    /// Another machine by SSH.
+    #[error(transparent)]
+    Ssh(Box<SshError>),
+    /// An agent as a service of another machine.
+    #[error(transparent)]
+    Bootstrap(Box<BootstrapError>),
     /// Some required things do not run; they have been printed.
     #[error("system/{system} is only partly applied: {summary}")]
     Partly {
@@ -170,6 +178,18 @@ pub enum CliError {
     },
 }
 
+impl From<SshError> for CliError {
+    fn from(error: SshError) -> Self {
+        CliError::Ssh(Box::new(error))
+    }
+}
+
+impl From<BootstrapError> for CliError {
+    fn from(error: BootstrapError) -> Self {
+        CliError::Bootstrap(Box::new(error))
+    }
+}
+
 impl CliError {
     /// A usage error without advice.
     pub fn usage(message: impl Into<String>) -> Self {
@@ -211,6 +231,8 @@ impl CliError {
             CliError::WouldRestart { .. } => Exit::Refused,
             CliError::NoController { .. } | CliError::Object { .. } => Exit::Unreachable,
             CliError::Local(e) => e.exit(),
+            CliError::Ssh(e) => Exit::of_ssh(e.kind()),
+            CliError::Bootstrap(e) => Exit::of_ssh(e.kind()),
             CliError::Partly { .. } => Exit::Partly,
             CliError::Deadline { .. } => Exit::Deadline,
             CliError::Interrupted => Exit::Interrupted,

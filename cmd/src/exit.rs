@@ -73,6 +73,18 @@ impl Exit {
         }
     }
 
+    /// Of something that was done by SSH.
+    pub fn of_ssh(kind: rts_ssh::Kind) -> Self {
+        use rts_ssh::Kind;
+        match kind {
+            Kind::Unreachable => Exit::Unreachable,
+            Kind::Forbidden => Exit::Forbidden,
+            Kind::Partly => Exit::Partly,
+            Kind::Usage => Exit::Usage,
+            Kind::Conflict => Exit::Conflict,
+        }
+    }
+
     /// Of a problem document: the code says more than the status.
     pub fn of_problem(problem: &Problem) -> Self {
         let code = problem.code.as_str();

@@ -39,6 +39,7 @@ impl ReachError {
                 Kind::Forbidden => 8,
                 Kind::Partly => 5,
                 Kind::Usage => 2,
+                Kind::Conflict => 7,
             },
             Self::Agent { .. } => 4,
         }

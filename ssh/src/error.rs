@@ -14,6 +14,8 @@ pub enum Kind {
     Partly,
     /// What was asked for does not fit.
     Usage,
+    /// Something else is there already.
+    Conflict,
 }
 
 /// Why something over SSH failed. Texts of the other machine in it are bounded and cannot move a cursor.

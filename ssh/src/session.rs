@@ -49,6 +49,11 @@ impl Session {
         store::store(self, files, root).await
     }
 
+    /// What [`Session::store`] would do: of the files that are not there, `sent` is said. Nothing is touched.
+    pub async fn lacking(&self, files: &[LocalFile], root: &str) -> Result<Stored, SshError> {
+        Ok(store::look(self, files, root, false).await?.0)
+    }
+
     /// Starts a program, whose streams belong to the caller.
     pub async fn spawn(&self, program: &str, arguments: &[&str]) -> Result<Child, SshError> {
         Child::spawn(self, program, arguments).await

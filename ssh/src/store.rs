@@ -123,26 +123,40 @@ fn hex(hash: Sha256) -> String {
         })
 }
 
+/// Looks which are there; those of which `sent` is said are not.
+pub(crate) async fn look(
+    session: &Session,
+    files: &[LocalFile],
+    root: &str,
+    make: bool,
+) -> Result<(Stored, Option<u64>), SshError> {
+    if files.len() > MAX_FILES {
+        let what = format!("take more than {MAX_FILES} files at once");
+        return Err(failed(session, &what, "there are more"));
+    }
+    if !root.starts_with('/') {
+        return Err(failed(
+            session,
+            "store files in a folder that is not absolute",
+            root,
+        ));
+    }
+    let mut stored = Vec::new();
+    for file in files {
+        stored.push(described(session, file, root).await?);
+    }
+    let free = note_needed(session, &mut stored, root, make).await?;
+    Ok((Stored { files: stored }, free))
+}
+
 /// Copies what is not there yet.
 pub(crate) async fn store(
     session: &Session,
     files: &[LocalFile],
     root: &str,
 ) -> Result<Stored, SshError> {
-    if files.len() > MAX_FILES {
-        let what = format!("take more than {MAX_FILES} files at once");
-        return Err(failed(session, &what, "there are more"));
-    }
-    let mut stored = Vec::new();
-    for file in files {
-        stored.push(described(session, file, root).await?);
-    }
-    let free = note_needed(session, &mut stored, root).await?;
-    let needed = stored
-        .iter()
-        .filter(|file| file.sent)
-        .map(|file| file.size)
-        .sum();
+    let (stored, free) = look(session, files, root, true).await?;
+    let needed = stored.sent_bytes();
     if free.is_some_and(|free| free < needed) {
         let (host, path) = (session.host().to_owned(), root.to_owned());
         return Err(SshError::Full {
@@ -152,12 +166,12 @@ pub(crate) async fn store(
             free,
         });
     }
-    for (local, there) in files.iter().zip(&stored) {
+    for (local, there) in files.iter().zip(&stored.files) {
         if there.sent {
             put::put(session, local, there, root).await?;
         }
     }
-    Ok(Stored { files: stored })
+    Ok(stored)
 }
 
 async fn described(
@@ -196,6 +210,7 @@ async fn note_needed(
     session: &Session,
     files: &mut [StoredFile],
     root: &str,
+    make: bool,
 ) -> Result<Option<u64>, SshError> {
     let list: String = files
         .iter()
@@ -203,7 +218,12 @@ async fn note_needed(
         .collect();
     let what = "which files are there";
     let ran = session
-        .run_with(what, NEED, &[root], list.as_bytes())
+        .run_with(
+            what,
+            NEED,
+            &[root, if make { "make" } else { "" }],
+            list.as_bytes(),
+        )
         .await?;
     let answer = String::from_utf8_lossy(&ran.out).into_owned();
     let mut lines = answer.lines();

@@ -5,7 +5,6 @@ use std::path::Path;
 use crate::answer::tame;
 use crate::error::SshError;
 use crate::machine::{common_name, machine_of};
-use crate::session::Session;
 
 /// Longest answer that is looked at, in bytes.
 pub const MAX_SURVEY: usize = 64 * 1024;
@@ -136,7 +135,8 @@ fn is_folder(path: &str) -> bool {
 }
 
 /// Asks.
-pub(crate) async fn survey(session: &Session) -> Result<Survey, SshError> {
+#[cfg(feature = "session")]
+pub(crate) async fn survey(session: &crate::Session) -> Result<Survey, SshError> {
     let what = "what kind of machine it is";
     let ran = session.run(what, SCRIPT, &[]).await?;
     Survey::parse(&ran.out).map_err(|reason| SshError::Answer {

@@ -1,5 +1,10 @@
 //! What a session says and does at a real SSH server on loopback: every class of error is provoked there.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "what cannot go on fails the test that called it"
+)]
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -62,7 +67,7 @@ fn run(test: impl Future<Output = ()>) {
     runtime.block_on(async {
         tokio::time::timeout(Duration::from_secs(120), test)
             .await
-            .unwrap()
+            .unwrap();
     });
 }
 
@@ -277,7 +282,7 @@ fn a_session_that_is_killed_is_lost_and_half_a_file_never_counts() {
         let small = robot.file("small", b"small");
         let store = robot.home().join("store");
         session
-            .store(&[small.clone()], &robot.root())
+            .store(std::slice::from_ref(&small), &robot.root())
             .await
             .unwrap();
         let before = files(&store);
@@ -307,7 +312,7 @@ fn a_session_that_is_killed_is_lost_and_half_a_file_never_counts() {
         robot.server.kill();
         session.lost().await;
         let error = session
-            .store(&[small.clone()], &robot.root())
+            .store(std::slice::from_ref(&small), &robot.root())
             .await
             .unwrap_err();
         assert!(matches!(error, SshError::Lost { .. }), "{error}");
@@ -342,7 +347,10 @@ fn a_file_that_is_broken_there_is_sent_again_and_two_at_once_do_no_harm() {
             b.unwrap().path("module.so").unwrap(),
             path.to_str().unwrap()
         );
-        assert_eq!(files(&robot.home().join("store")), [path.clone()]);
+        assert_eq!(
+            files(&robot.home().join("store")),
+            std::slice::from_ref(&path)
+        );
 
         std::fs::remove_file(&path).unwrap();
         std::fs::write(&path, b"a half").unwrap();
@@ -410,7 +418,7 @@ fn no_permission_and_a_full_disk_are_told_before_anything_counts() {
         assert!(matches!(error, SshError::Full { .. }), "{error}");
         assert_eq!(
             files(&robot.server.inside(&small).join("store")),
-            [PathBuf::new(); 0]
+            Vec::<PathBuf>::new()
         );
 
         session

@@ -51,6 +51,8 @@ impl CliError {
             CliError::Stale { .. } => Some(PLAN_AGAIN.to_owned()),
             CliError::NoController { .. } => Some("start one with `rtsctl up`".to_owned()),
             CliError::Local(e) => e.help(),
+            CliError::Ssh(e) => e.help(),
+            CliError::Bootstrap(e) => e.help(),
             CliError::Request { source, .. } => match source.as_ref() {
                 ClientError::Unreachable { .. } => {
                     Some("is it running? see its log, or run `rtsctl up`".to_owned())

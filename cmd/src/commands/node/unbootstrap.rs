@@ -1,0 +1,79 @@
+//! `rtsctl node unbootstrap`.
+
+use rts_ssh::bootstrap::remove;
+use serde_json::json;
+
+use super::bootstrap::{Format, open};
+use super::reach::{ReachArgs, node_name};
+use crate::commands::or_interrupted;
+use crate::error::CliError;
+use crate::exit::Exit;
+use crate::session::Session;
+
+/// Said when Ctrl-C ends it.
+const AGAIN: &str = "run the same again to remove the rest";
+
+/// Remove an agent that `node bootstrap` installed, and all that it keeps
+///
+/// Its service, programs, modules, state and logs. Managers that still run are stopped only with `--yes`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The machine.
+    #[command(flatten)]
+    reach: ReachArgs,
+    /// Name of the node [default: the name that the machine has for itself]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Stop managers that still run
+    #[arg(short, long)]
+    yes: bool,
+    /// Only say what would be done
+    #[arg(long)]
+    dry_run: bool,
+    /// How to print
+    #[arg(short, long, value_name = "FORMAT", default_value = "text")]
+    output: Format,
+}
+
+/// Removes it.
+pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
+    let destination = args.reach.settle()?;
+    let work = async {
+        let ssh = open(&destination, session).await?;
+        let survey = ssh.survey().await?;
+        let node = node_name(args.name, &survey)?;
+        let removed = remove(&ssh, &survey, &node, args.yes, args.dry_run).await?;
+        ssh.close().await;
+        let text = match (removed.done.is_empty(), args.output) {
+            (_, Format::Json) => {
+                let object = json!({
+                    "node": node,
+                    "host": destination.to_string(),
+                    "home": removed.service.home,
+                    "changed": !removed.done.is_empty() && !args.dry_run,
+                    "dryRun": args.dry_run,
+                    "changes": removed.done,
+                    "left": removed.left,
+                });
+                format!("{object:#}")
+            }
+            (true, _) => {
+                format!("node/{node} is not installed on {destination}: nothing to remove")
+            }
+            (false, _) if args.dry_run => {
+                let lines = removed.done.iter().map(|done| format!("would {done}\n"));
+                lines.collect()
+            }
+            (false, _) => format!("node/{node} removed from {destination}"),
+        };
+        session.out.result(&text)?;
+        if let Some(left) = &removed.left {
+            let home = &removed.service.home;
+            session.out.say(&format!(
+                "rtsctl: left alone in {home}, as it is of others: {left}"
+            ));
+        }
+        Ok(Exit::Ok)
+    };
+    or_interrupted(work, session, AGAIN).await
+}
