@@ -1,8 +1,9 @@
 //! The life of a relay: as long as commands need it and some time more; a session that is lost meanwhile is opened again.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep, timeout};
 
 use crate::awake::{Commands, State};
@@ -17,6 +18,8 @@ const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// Longest time that is spent on reaching a node again.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// Longest wait until the controller has met the agent.
+const GREETING: Duration = Duration::from_secs(5);
 /// Time for those who wait to read why it ends.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 /// Longest orderly end of a session.
@@ -33,9 +36,16 @@ pub(crate) async fn live(
     let mut reached = first;
     loop {
         let resident = reached.resident;
-        state.send_replace(State::Up { resident });
+        let greeted = Arc::new(Notify::new());
+        // A command that goes on before the controller has met the agent would find a session that has ended.
+        let up = async {
+            let _ = timeout(GREETING, greeted.notified()).await;
+            state.send_replace(State::Up { resident });
+            std::future::pending::<()>().await;
+        };
         let end = tokio::select! {
-            end = keep(config, &mut reached, now) => end,
+            end = keep(config, &mut reached, now, Arc::clone(&greeted)) => end,
+            () = up => return,
             () = unneeded(commands, config.keep) => {
                 tracing::info!("no command needs node {}: the session is closed, managers go on", config.node);
                 close(reached).await;

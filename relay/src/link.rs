@@ -1,12 +1,12 @@
 //! One connection with the agent over there, from its first stream to its end.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use rts_bridge::{Kind, Link, Opener, Stream, pulse};
 use tokio::io::copy_bidirectional;
 use tokio::net::{UnixListener, UnixStream};
-use tokio::sync::mpsc;
+use tokio::sync::{Notify, mpsc};
 use tokio::task::JoinSet;
 
 use crate::awake::is_own;
@@ -49,7 +49,12 @@ impl Now {
 }
 
 /// Keeps a connection until it ends. Dropping this ends it too.
-pub(crate) async fn keep(config: &Config, reached: &mut Reached, now: &Now) -> End {
+pub(crate) async fn keep(
+    config: &Config,
+    reached: &mut Reached,
+    now: &Now,
+    greeted: Arc<Notify>,
+) -> End {
     let Some(pulse) = reached.pulse.take() else {
         return End::Lost("it was kept before".to_owned());
     };
@@ -57,7 +62,7 @@ pub(crate) async fn keep(config: &Config, reached: &mut Reached, now: &Now) -> E
     let (tell, told) = mpsc::channel(session_api::BACKLOG);
     now.set(Some(reached.link.opener.clone()));
     let resident = reached.resident;
-    let api = session_api::serve(config.clone(), resident, told);
+    let api = session_api::serve(config.clone(), resident, told, greeted);
     let streams = take(&mut reached.link, modules, tell);
     let end = tokio::select! {
         end = pulse.keep() => match end {

@@ -86,8 +86,8 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
         let agents = bind(&agent).map_err(in_file(&agent))?;
         let waiting = bind(&relay).map_err(in_file(&relay))?;
         let (now, commands) = (Now::default(), Commands::new());
-        let (state, told) = watch::channel(State::Up {
-            resident: first.resident,
+        let (state, told) = watch::channel(State::Lost {
+            reason: "it is just being reached".to_owned(),
         });
         tracing::info!(node = config.node, "reached {}", config.destination);
         say(&serde_json::json!({ "ready": true }));

@@ -18,7 +18,7 @@ use rts_bridge::Stream;
 use rts_http::client::{Client, MAX_BODY};
 use rts_http::problem::Problem;
 use rts_http::server::{Json, ProblemResponse};
-use tokio::sync::mpsc;
+use tokio::sync::{Notify, mpsc};
 
 use crate::config::Config;
 
@@ -34,6 +34,8 @@ struct Speaker {
     aliases: Vec<String>,
     transport: Transport,
     controller: SessionClient,
+    /// Rings when the controller has answered a greeting.
+    greeted: Arc<Notify>,
 }
 
 /// The connections of the agent over there.
@@ -61,6 +63,7 @@ pub(crate) async fn serve(
     config: Config,
     resident: bool,
     streams: mpsc::Receiver<Stream>,
+    greeted: Arc<Notify>,
 ) -> std::io::Result<()> {
     let http = Client::unix(config.controller_socket(), REQUEST).map_err(std::io::Error::other)?;
     let speaker = Speaker {
@@ -73,6 +76,7 @@ pub(crate) async fn serve(
         },
         controller: SessionClient::new(http, &config.node),
         node: config.node,
+        greeted,
     };
     axum::serve(Incoming(streams), router(Arc::new(speaker))).await
 }
@@ -96,6 +100,9 @@ async fn greet(
     greeting.aliases.clone_from(&speaker.aliases);
     greeting.transport = Some(speaker.transport.clone());
     let reply = speaker.controller.greet(&greeting).await;
+    if matches!(reply, Ok(_) | Err(ClientError::Problem(_))) {
+        speaker.greeted.notify_one();
+    }
     reply.map(Json).map_err(passed_on)
 }
 

@@ -10,6 +10,15 @@ use rts_tests::{Stack, alive, kill_9, processes_of};
 use serde_json::Value;
 
 const HELLO: &str = "manifests/hello/system.xml";
+/// Profiles of the corpus, and how many components they have.
+const PROFILES: [(&str, usize); 3] = [
+    ("Nobu19800__CrawlerSystem__Crawler.rtsys", 8),
+    ("gbiggs__rtshell__sys.rtsys", 2),
+    (
+        "sugarsweetrobotics__vrep_mcl_test__MobileRobotSystem.xml",
+        6,
+    ),
+];
 /// Longest wait for what takes a moment.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -95,11 +104,7 @@ impl Lab {
 
     /// Nothing is left over there but what was copied.
     fn assert_gone(&self) {
-        let managers = processes_of(&self.home());
-        let managers: Vec<_> = managers
-            .into_iter()
-            .filter(|p| format!("{p:?}").contains("rts-manager"))
-            .collect();
+        let managers = processes_of(&self.home().join("run/arm"));
         assert!(managers.is_empty(), "{managers:?}");
     }
 }
@@ -107,7 +112,7 @@ impl Lab {
 impl Drop for Lab {
     fn drop(&mut self) {
         let _ = self.stack.rtsctl(&["down", "--yes"]);
-        rts_tests::kill(&self.home());
+        processes_of(&self.home()).into_iter().for_each(kill_9);
     }
 }
 
@@ -143,7 +148,7 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     assert_eq!(node["status"]["state"], "Ready");
     let log = stack.expect(0, &["logs", "Printer0", "--tail", "5"]);
     assert!(!log.out.is_empty(), "{log:#?}");
-    stack.expect(0, &["conf", "set", "Sine0", "amplitude=2.5", "--yes"]);
+    stack.expect(0, &["conf", "set", "Sine0", "amplitude=2.5"]);
 
     // Left alone, the session is closed; what runs goes on, and the next command finds it as it was.
     let (agent, relay) = (lab.far_agent(), lab.relay());
@@ -168,7 +173,39 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     assert!(refused.err.contains("on node arm"), "{refused:#?}");
     stack.expect(0, &["teardown", "hello", "--yes"]);
     lab.assert_gone();
+
+    // Samples do not come through the session: a system over two nodes is refused before anything is touched.
+    stack.expect(0, &["up", "--node", "base"]);
+    let said = stack.expect(
+        3,
+        &["apply", "-f", HELLO, "-f", "manifests/hello/nodes.yaml"],
+    );
+    assert!(said.err.contains("reached by ssh alone"), "{said:#?}");
+    assert!(stack.get("systems").is_empty());
     stack.expect(0, &["node", "remove", "arm"]);
+    assert_eq!(lab.copied(), copied, "{}", lab.log());
+}
+
+#[test]
+fn profiles_that_users_wrote_run_on_a_node_that_is_reached_by_ssh() {
+    let Ok(corpus) = std::env::var("RTSCTL_CORPUS") else {
+        println!("skipped: RTSCTL_CORPUS is not set");
+        return;
+    };
+    let Some(lab) = Lab::new(&[]) else {
+        return;
+    };
+    for (profile, components) in PROFILES {
+        let file = format!("{corpus}/rts/{profile}");
+        let said = lab.stack.expect(0, &["apply", &file, "--stand-ins"]);
+        let told = format!("{components} of {components} are stand-ins");
+        assert!(said.out.contains(&told), "{said:#?}");
+        assert_eq!(lab.components().len(), components);
+        let system = lab.stack.get("systems").remove(0);
+        let name = system["metadata"]["name"].as_str().expect("a name");
+        lab.stack.expect(0, &["teardown", name, "--yes"]);
+        lab.assert_gone();
+    }
 }
 
 #[test]
@@ -182,7 +219,9 @@ fn an_apply_goes_on_when_its_session_is_killed() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("it starts");
-    until("a manager starts", || processes_of(&lab.home()).len() > 1);
+    until("a manager starts", || {
+        !processes_of(&lab.home().join("run/arm")).is_empty()
+    });
     lab.server.kill_sessions();
     let said = apply.wait_with_output().expect("it ends");
     let err = String::from_utf8_lossy(&said.stderr);

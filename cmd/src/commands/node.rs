@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::session::Session;
 
-/// Machines that components run on: those that are reached by SSH, and agents that are installed over it
+/// Machines that components run on: reached by SSH, or with an agent that is installed there over SSH
 #[derive(Debug, clap::Subcommand)]
 #[allow(missing_docs, reason = "the help of a verb is on its arguments")]
 pub enum Command {

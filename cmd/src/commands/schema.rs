@@ -18,6 +18,9 @@ pub struct Args {
     document: Document,
 }
 
+/// Of the manifest that `rtsctl node add -f` reads.
+const NODE: &str = include_str!("../../../docs/schema/node.json");
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Document {
     /// Deployment overlay
@@ -28,6 +31,8 @@ enum Document {
     RtcProfile,
     /// A system as the API has it
     System,
+    /// Node that is reached by SSH
+    Node,
 }
 
 /// Prints it.
@@ -37,6 +42,10 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         Document::RtsProfile => json_schema::Document::RtsProfile,
         Document::RtcProfile => json_schema::Document::RtcProfile,
         Document::System => json_schema::Document::System,
+        Document::Node => {
+            out.result(NODE.trim_end())?;
+            return Ok(Exit::Ok);
+        }
     };
     out.result(&format!("{:#}", json_schema::of(document)))?;
     Ok(Exit::Ok)

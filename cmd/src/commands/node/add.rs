@@ -166,7 +166,9 @@ fn of_manifest(args: &Args, text: &str) -> Result<NodeSetup, CliError> {
                 .module_path
                 .map(|path| path.into_iter().map(absolute).collect()),
             programs: manifest.spec.programs.map(absolute),
-            keep_seconds: args.keep.or(manifest.spec.keep_seconds),
+            keep_seconds: args
+                .keep
+                .or(manifest.spec.keep_seconds.map(|keep| keep.clamp(1, 86_400))),
         }),
     })
 }
@@ -231,6 +233,35 @@ mod tests {
             ("Arm_2", "arm-2"),
         ] {
             assert_eq!(node_name(host), name);
+        }
+    }
+
+    #[test]
+    fn the_schema_knows_what_is_read() {
+        let schema = include_str!("../../../../docs/schema/node.json");
+        let schema: serde_json::Value = serde_json::from_str(schema).unwrap();
+        let spec = &schema["properties"]["spec"]["properties"];
+        let keys = |of: &serde_json::Value| {
+            let keys = of.as_object().unwrap().keys().cloned();
+            keys.collect::<std::collections::BTreeSet<_>>()
+        };
+        // What it does not know is refused with a list of what it does.
+        let unknown = |place: &str| {
+            let text = format!("apiVersion: x\nkind: Node\nmetadata: {{name: a}}\nspec: {place}\n");
+            serde_yaml::from_str::<Manifest>(&text)
+                .unwrap_err()
+                .to_string()
+        };
+        for (place, known) in [
+            ("{nonsense: 1}", keys(spec)),
+            ("{ssh: {nonsense: 1}}", keys(&spec["ssh"]["properties"])),
+        ] {
+            let error = unknown(place);
+            let (_, listed) = error.split_once("expected one of").unwrap_or(("", &error));
+            for key in &known {
+                assert!(listed.contains(&format!("`{key}`")), "{key}: {error}");
+            }
+            assert_eq!(listed.matches('`').count(), 2 * known.len(), "{error}");
         }
     }
 

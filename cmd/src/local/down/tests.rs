@@ -25,13 +25,14 @@ fn a_home_where_nothing_runs_has_nothing_to_stop() {
 #[test]
 fn what_was_stopped_is_said() {
     let stopped = Stopped {
+        relays: vec!["arm".to_owned()],
         controller: true,
         agents: vec!["local".to_owned()],
         managers: vec!["hello.Printer0".to_owned(), "hello.main".to_owned()],
         killed: Vec::new(),
         left: Vec::new(),
     };
-    insta::assert_snapshot!(stopped.words(), @"stopped the controller, 1 agent and 2 managers (hello.Printer0, hello.main)");
+    insta::assert_snapshot!(stopped.words(), @"stopped the controller, 1 SSH relay, 1 agent and 2 managers (hello.Printer0, hello.main)");
 }
 
 /// A process of its own group, as a daemon is.
