@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::memory;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
@@ -72,6 +73,7 @@ enum Fail {
 
 fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
+    memory::few_heaps();
     let mut home = Home::take(&config.home).map_err(|e| before(e.into()))?;
     let store =
         RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
@@ -112,6 +114,7 @@ async fn serve(home: &mut Home, inputs: Inputs) -> Result<(), Fail> {
     home.announce().map_err(|e| Fail::BeforeReady(e.into()))?;
     tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
     tokio::spawn(expire_sessions(core));
+    tokio::spawn(memory::keep_small());
     let mut server = tokio::spawn(server);
     say(&serde_json::json!({"ready": true}));
     tracing::info!(version = env!("CARGO_PKG_VERSION"), "ready");

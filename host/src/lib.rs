@@ -7,6 +7,7 @@ pub mod disk;
 pub mod files;
 pub mod home;
 pub mod identity;
+pub mod memory;
 pub mod process;
 pub mod timing;
 pub mod usage;
