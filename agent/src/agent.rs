@@ -151,9 +151,10 @@ impl Agent {
     pub async fn offer_node_spec(self: &Arc<Self>, offered: Sealed) -> Result<Saving, Problem> {
         let agent = self.clone();
         let accept = async move {
-            let (receipt, forgets) = agent.accept_now(offered).await?;
+            let receipt = agent.accept_now(offered).await?;
+            let saver = agent.ledger.lock().await.saver();
             let span = info_span!(target: TARGET, "ledger");
-            let save = async move { agent.save(forgets).await.map(|()| receipt) };
+            let save = async move { saver.save().await.map(|()| receipt) };
             Ok(tokio::spawn(save.instrument(span)))
         };
         let span = info_span!(target: TARGET, "accept");
@@ -172,8 +173,7 @@ impl Agent {
         self.offer_node_spec(offered).await?.await
     }
 
-    /// Gives also whether the past of components is forgotten for it.
-    async fn accept_now(&self, offered: Sealed) -> Result<(NodeSpecReceipt, bool), Problem> {
+    async fn accept_now(self: &Arc<Self>, offered: Sealed) -> Result<NodeSpecReceipt, Problem> {
         // Held to the end: one after the other.
         let mut ledger = self.ledger.lock().await;
         if ledger.held().is_none() {
@@ -181,7 +181,6 @@ impl Agent {
         }
         let before = ledger.held().map(|held| held.spec.clone());
         let receipt = ledger.accept(offered).await?;
-        let mut forgets = false;
         if receipt.changed
             && let Some(sealed) = ledger.sealed()
         {
@@ -190,23 +189,13 @@ impl Agent {
             policies.keep_leaving(&self.policies(), |uid| self.managers.has(uid));
             let policies = Arc::new(policies);
             *lock(&self.policies) = policies.clone();
-            forgets = self.keep_restarts(spec, before.as_ref(), &policies);
+            self.keep_restarts(spec, before.as_ref(), &policies);
             // What was held may be free now.
             self.dirty.notify_one();
             self.batches.cancel_others(&Fence::of(sealed.envelope()));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }
-        Ok((receipt, forgets))
-    }
-
-    /// Makes durable what was accepted.
-    async fn save(&self, forgets: bool) -> Result<(), Problem> {
-        let saver = self.ledger.lock().await.saver();
-        saver.save().await?;
-        if forgets {
-            self.restarts.save().await;
-        }
-        Ok(())
+        Ok(receipt)
     }
 
     /// What the ledger holds; durable when it returns.

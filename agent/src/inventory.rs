@@ -15,7 +15,7 @@ use rts_agent_api::session::AgentEvent;
 use rts_host::timing::TARGET;
 use rts_manager_api::control::{RequestBody, ResponseBody};
 use rts_plan::observed::Inventory;
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, timeout};
 use tracing::{Instrument, info_span};
 
 use crate::agent::Agent;
@@ -35,8 +35,6 @@ const ANSWER_SILENT: Duration = Duration::from_millis(250);
 
 /// Longest time from the end of a process's connections to its own.
 const DYING: Duration = Duration::from_millis(200);
-/// Between two looks at one that may be ending.
-const LOOK_AT_DYING: Duration = Duration::from_millis(10);
 /// Pause before another look at what is not well.
 const AGAIN: Duration = Duration::from_millis(500);
 
@@ -181,14 +179,7 @@ fn is_unwell(view: &View) -> bool {
 
 /// True for a process that has ended, or is just ending: its connections are closed a moment before.
 async fn dies(manager: &Manager, patience: Duration) -> bool {
-    let end = Instant::now() + patience;
-    while !manager.has_died() {
-        if Instant::now() >= end {
-            return false;
-        }
-        sleep(LOOK_AT_DYING).await;
-    }
-    true
+    manager.has_died() || timeout(patience, manager.died()).await.is_ok() || manager.has_died()
 }
 
 async fn ask(manager: &Manager) -> View {

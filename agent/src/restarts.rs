@@ -248,14 +248,14 @@ impl Agent {
         }
     }
 
-    /// A spec was accepted, in place of the one before. True when something is forgotten for it: then that is to be
-    /// written before anybody is told that the spec is durable. Most specs make it forget nothing.
+    /// A spec was accepted, in place of the one before. What is forgotten for it need not be durable with it: an agent that
+    /// starts forgets the same by the spec that it finds.
     pub(crate) fn keep_restarts(
-        &self,
+        self: &Arc<Self>,
         spec: &NodeSpec,
         before: Option<&NodeSpec>,
         policies: &Policies,
-    ) -> bool {
+    ) {
         let forgets = {
             let mut memory = lock(&self.restarts.memory);
             let remembered = memory.components();
@@ -264,8 +264,8 @@ impl Agent {
         };
         if forgets {
             self.restarts.change(|_| ());
+            self.save_soon();
         }
-        forgets
     }
 
     /// Writes after a moment, for all that changes meanwhile.

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use rts_host::memory;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::agent::StartError;
@@ -31,6 +32,7 @@ pub fn openapi() -> String {
 
 /// Runs an agent until SIGTERM or SIGINT. Prints one line of JSON when it serves, or why it does not.
 pub fn run(config: Config) -> Result<(), RunError> {
+    memory::few_heaps();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -40,6 +42,7 @@ pub fn run(config: Config) -> Result<(), RunError> {
         let mut interrupt = signal(SignalKind::interrupt())?;
         let mut serving = serve(config).await?;
         announce(&serde_json::json!({ "ready": true }));
+        tokio::spawn(memory::keep_small());
         let ended = tokio::select! {
             _ = term.recv() => Ok(()),
             _ = interrupt.recv() => Ok(()),

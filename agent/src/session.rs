@@ -15,6 +15,8 @@ use crate::inventory::delta;
 
 /// Shortest time between two greetings.
 const RETRY: Duration = Duration::from_secs(1);
+/// The same at first, doubled each time: a controller that is started beside this agent is there in a moment.
+const FIRST: Duration = Duration::from_millis(4);
 /// Shortest time between two heartbeats, however much there is to tell.
 const BREATH: Duration = Duration::from_millis(50);
 
@@ -32,11 +34,14 @@ enum End {
 /// Keeps a session for as long as the agent runs, or until a newer one takes over.
 pub(crate) async fn keep(agent: Arc<Agent>, controller: Arc<dyn SessionApi>) {
     let mut reported = String::new();
+    let mut retry = FIRST;
     loop {
-        let next = Instant::now() + RETRY;
+        let next = Instant::now() + retry;
+        retry = (retry * 2).min(RETRY);
         match greet(&agent, &*controller).await {
             Ok(known) => {
                 reported.clear();
+                retry = RETRY;
                 match beat(&agent, &*controller, known).await {
                     End::GreetAgain => {}
                     End::Superseded => return,
@@ -45,7 +50,7 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: Arc<dyn SessionApi>) {
             Err(e) => {
                 // The same reason is not told each second.
                 let reason = e.to_string();
-                if reason != reported {
+                if reason != reported && retry == RETRY {
                     tracing::warn!(
                         "no session with the controller, trying again each second: {reason}"
                     );

@@ -1,6 +1,7 @@
 //! What a verb works with: the home, the controller's socket, and the output.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use rts_controller_api::client::Controller;
@@ -28,6 +29,8 @@ pub struct Session {
     pub controller: Option<PathBuf>,
     /// The output.
     pub out: Output,
+    /// The local controller's, once it was asked something.
+    pub(crate) local: OnceLock<Client>,
 }
 
 impl Session {
@@ -38,6 +41,7 @@ impl Session {
             home: Home::settle(or_variable(&globals.home, "RTSCTL_HOME"))?,
             controller: controller.filter(|socket| !socket.as_os_str().is_empty()),
             out,
+            local: OnceLock::new(),
         })
     }
 
@@ -104,9 +108,17 @@ impl Session {
         self.connect().await
     }
 
-    /// A client of the local controller, running or not.
+    /// A client of the local controller, running or not. All share their connections.
     pub fn local(&self, timeout: Duration) -> Result<Controller, CliError> {
-        client(self.home.controller_socket(), timeout)
+        let client = match self.local.get() {
+            Some(client) => client,
+            None => {
+                let made = Client::unix(self.home.controller_socket(), REQUEST_TIMEOUT);
+                let made = made.map_err(CliError::request("reach the controller"))?;
+                self.local.get_or_init(|| made)
+            }
+        };
+        Ok(Controller::new(client.within(timeout)))
     }
 
     /// The local controller answers.

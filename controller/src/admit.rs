@@ -17,6 +17,7 @@ mod stand_ins;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use futures_util::future::join;
 use rts_controller_api::requests::{ApplyRequest, Expect};
 use rts_controller_api::{Problem, ProblemError};
 use rts_host::timing::TARGET;
@@ -128,9 +129,11 @@ pub async fn examine(
     ));
     let types = needs.types;
     let found = modules::resolve(core, &candidate.spec, &types);
-    let found = found
-        .instrument(info_span!(target: TARGET, "modules"))
-        .await;
+    let found = found.instrument(info_span!(target: TARGET, "modules"));
+    let look = core.observe();
+    let look = look.instrument(info_span!(target: TARGET, "look"));
+    // One does not wait for the other.
+    let (found, observed) = join(found, look).await;
     // What is wrong with the system itself goes before what is in its way, and that before what may pass.
     if let Ok(found) = &found {
         faults.extend(found.missing.clone());
@@ -146,10 +149,7 @@ pub async fn examine(
     Ok(Examined {
         stored: stored.as_ref().map(version),
         found: found?,
-        observed: core
-            .observe()
-            .instrument(info_span!(target: TARGET, "look"))
-            .await,
+        observed,
         expect: request.expect.clone(),
         untouched: None,
         types,

@@ -20,9 +20,9 @@ mod watch;
 
 use std::sync::Arc;
 
+use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::Method;
-use axum::{Extension, Router};
 use rts_controller_api::Problem;
 use rts_http::server::ProblemResponse;
 use tokio::sync::{Semaphore, watch as signal};
@@ -56,19 +56,18 @@ pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
         ending,
         watches: Arc::new(Semaphore::new(MAX_WATCHES)),
     };
-    let (router, document) = routes().split_for_parts();
+    // The document is made anew for whoever asks for it: it is larger than all else that an idle controller holds.
+    let (router, _) = routes().split_for_parts();
     router
         .fallback(nothing_here)
         .method_not_allowed_fallback(not_allowed)
-        .layer(Extension(document::finished(document)))
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .with_state(app)
 }
 
 /// The description of the API.
 pub fn openapi() -> utoipa::openapi::OpenApi {
-    let document::Finished(document) = document::finished(routes().into_openapi());
-    document.as_ref().clone()
+    document::finished(routes().into_openapi())
 }
 
 fn routes() -> OpenApiRouter<App> {

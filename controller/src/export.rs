@@ -15,6 +15,8 @@ use crate::store::SystemRecord;
 pub async fn export(core: &Arc<Core>, name: &str) -> Result<Exported, Problem> {
     stored(core, name)?;
     let observed = core.observe().await;
+    // What may be taken back is told to nobody.
+    core.durable(name).await;
     // Without an await between them, the record is the one that is placed.
     let record = stored(core, name)?;
     let drift = rts_plan::drift(&core.place(None).desired, &observed);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::memory;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
@@ -75,6 +76,7 @@ fn start(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), Fail> {
     let before = |error: RunError| Fail::BeforeReady(error);
     // Each agent takes a connection each way.
     rts_host::limits::raise_open_files();
+    memory::few_heaps();
     let mut home = Home::take(&config.home).map_err(|e| before(e.into()))?;
     let store =
         RedbStore::open(&home.store(), &SystemChance.uuid()).map_err(|e| before(e.into()))?;
@@ -116,6 +118,7 @@ async fn serve(home: &mut Home, inputs: Inputs) -> Result<(), Fail> {
     tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
     tokio::spawn(publish_late(Arc::clone(&core)));
     tokio::spawn(expire_sessions(core));
+    tokio::spawn(memory::keep_small());
     let mut server = tokio::spawn(server);
     say(&serde_json::json!({"ready": true}));
     tracing::info!(version = env!("CARGO_PKG_VERSION"), "ready");

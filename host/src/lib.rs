@@ -8,6 +8,7 @@ pub mod files;
 pub mod home;
 pub mod identity;
 pub mod limits;
+pub mod memory;
 pub mod process;
 pub mod timing;
 pub mod usage;

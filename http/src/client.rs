@@ -81,6 +81,15 @@ impl Client {
         })
     }
 
+    /// The same client over the same connections, with another time-out for each request.
+    #[must_use]
+    pub fn within(&self, timeout: Duration) -> Self {
+        Self {
+            timeout,
+            ..self.clone()
+        }
+    }
+
     /// The socket.
     pub fn socket(&self) -> &Path {
         &self.socket

@@ -61,6 +61,12 @@ impl Manager {
         !self.lives() || self.family.has_ended()
     }
 
+    /// Waits until its process is known to have ended.
+    pub async fn died(&self) {
+        // The sender lives as long as we do.
+        let _ = self.end.subscribe().wait_for(|end| *end != End::No).await;
+    }
+
     /// Waits until the process and all that it started are gone and its run folder is removed.
     pub async fn ended(&self) {
         // The sender lives as long as we do.

@@ -19,7 +19,7 @@ use super::plan::{ExpectArgs, show};
 use super::{duration, goes_on, or_interrupted};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::follow::Verdict;
+use crate::follow::{Verdict, judge};
 use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
 use crate::session::Session;
@@ -159,6 +159,12 @@ async fn follow(
         session.out.say(&format!("note: {note}"));
     }
     let name = result.system.metadata.name.clone();
+    // It was carried out while it was being stored: then the answer shows the end, and no later state will come.
+    let generation = result.system.metadata.generation;
+    if let (true, Verdict::Converged(waiting)) = (result.changed, judge(&result.system, generation))
+    {
+        return converged(&result.system, &waiting, start.elapsed(), session);
+    }
     let wait = wait(
         result.system,
         start + timeout,

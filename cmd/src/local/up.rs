@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use futures_util::future::{join, join_all};
 use serde::Deserialize;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
 use tokio::process::Command;
@@ -17,6 +18,7 @@ use super::home::Home;
 use super::lock::{HomeLock, is_held, make_folders};
 use super::nodes::{NodeSetup, Nodes};
 use super::relays;
+use super::restore::stop_agent;
 use super::strays::{self, Program};
 use super::{LOCAL_NODE, LocalError};
 use crate::error::CliError;
@@ -90,20 +92,36 @@ pub async fn ensure(session: &Session, wish: Wish) -> Result<Started, CliError> 
         controller: !answers_or_dies(session).await?,
         agents: Vec::new(),
     };
-    if started.controller {
-        start_controller(home, nodes.first()).await?;
-    }
     let agents = agents::to_start(home, &nodes, &before).await?;
+    // Beside each other: an agent greets again until the controller is there.
+    let module_path = module_path(wish.module_path);
+    let begun = agents
+        .iter()
+        .map(|node| agents::start_agent(home, node, module_path.as_ref()));
+    let controller = async {
+        match started.controller {
+            true => start_controller(home, nodes.first()).await,
+            false => Ok(()),
+        }
+    };
+    let (controller, begun) = join(controller, join_all(begun)).await;
+    for (node, begun) in agents.iter().zip(&begun) {
+        if begun.is_ok() {
+            started.agents.push(node.name.clone());
+        }
+    }
+    let failed = controller.and_then(|()| begun.into_iter().collect::<Result<(), _>>());
+    if let Err(e) = failed {
+        // Without a controller they would do what they were told last.
+        for node in started.agents.iter().filter(|_| started.controller) {
+            stop_agent(home, node)?;
+        }
+        return Err(e.into());
+    }
     if !wish.nodes.is_empty() {
         nodes.save(home)?;
     }
-    let module_path = module_path(wish.module_path);
-    // First those that may fail for reasons of another machine: an error is told before much is started.
     let reached = relays::wake_all(session, &nodes, module_path.as_ref()).await?;
-    for node in agents {
-        agents::start_agent(home, node, module_path.as_ref()).await?;
-        started.agents.push(node.name.clone());
-    }
     if !started.nothing() || reached {
         agents::wait_for(session, &nodes, &started.agents).await?;
     }
@@ -316,6 +334,7 @@ mod tests {
             home: Home::settle(Some(home.to_owned())).unwrap(),
             controller: None,
             out: crate::output::Output::new(&globals),
+            local: Default::default(),
         }
     }
 

@@ -1,8 +1,5 @@
 //! `/openapi.json`: what the handlers say of themselves, and what all of them share.
 
-use std::sync::Arc;
-
-use axum::Extension;
 use rts_controller_api::Problem;
 use rts_http::problem::PROBLEM_JSON;
 use rts_http::server::{Json, Principal};
@@ -20,25 +17,18 @@ use utoipa::openapi::{Content, OpenApi, PathItem, Ref, RefOr, Response};
 )]
 pub struct Document;
 
-/// The description as it is sent.
-#[derive(Clone)]
-pub struct Finished(pub Arc<OpenApi>);
-
 /// This document.
 #[utoipa::path(get, path = "/openapi.json", responses((status = 200, body = serde_json::Value)))]
-pub async fn openapi(
-    _: Principal,
-    Extension(Finished(document)): Extension<Finished>,
-) -> Json<OpenApi> {
-    Json(document.as_ref().clone())
+pub async fn openapi(_: Principal) -> Json<OpenApi> {
+    Json(super::openapi())
 }
 
 /// Adds the answers that every handler may give, and says of all problems what they are.
-pub fn finished(mut document: OpenApi) -> Finished {
+pub fn finished(mut document: OpenApi) -> OpenApi {
     for item in document.paths.paths.values_mut() {
         operations(item).for_each(finish);
     }
-    Finished(Arc::new(document))
+    document
 }
 
 fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {

@@ -10,6 +10,7 @@ mod expect;
 mod fleet;
 mod http;
 mod killed;
+mod lagging;
 mod ledgers;
 mod mends;
 mod moves;

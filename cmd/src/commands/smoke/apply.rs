@@ -21,7 +21,9 @@ pub async fn check(context: &mut Context<'_>) -> Verdict {
     context.plan = Some(planned.map_err(failed)?);
     let result = put(context.input, &controller).await?;
     let deadline = context.deadline;
-    let (system, verdict) = if result.plan.is_empty() && is_settled(&result.system) {
+    // What was changed may have been carried out while it was being stored.
+    let told = result.changed || result.plan.is_empty();
+    let (system, verdict) = if told && is_settled(&result.system) {
         (result.system, follow::Verdict::Converged(Vec::new()))
     } else {
         let out = context.stack.session.out;

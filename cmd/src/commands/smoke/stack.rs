@@ -36,6 +36,7 @@ impl Stack {
                 home,
                 controller: None,
                 out,
+                local: Default::default(),
             },
             nodes,
         })

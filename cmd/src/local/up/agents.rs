@@ -1,7 +1,7 @@
 //! The agents of a home: which do not run, their start, and the wait until the controller has met them.
 
 use std::ffi::OsString;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rts_controller_api::objects::{Kind, Node};
 use tokio::process::Command;
@@ -15,6 +15,9 @@ use crate::local::nodes::{NodeSetup, Nodes};
 use crate::local::restore::stop_agent;
 use crate::local::strays::{self, Program};
 use crate::session::Session;
+
+/// Time until the first look at what was just started.
+const SOON: Duration = Duration::from_millis(1);
 
 /// Those to start: who does not run, and who runs and does not know its hosts, after it was ended. Managers go on.
 pub(super) async fn to_start<'a>(
@@ -89,6 +92,7 @@ pub(in crate::local) async fn wait_for(
     let controller = session.local(READY)?;
     let mut open: Vec<_> = nodes.all().iter().collect();
     let end = Instant::now() + NODE_READY;
+    let mut pause = SOON;
     loop {
         let list = controller.list::<Node>(Kind::Node).await;
         let found = list.as_ref().map(|list| list.items.as_slice());
@@ -114,7 +118,8 @@ pub(in crate::local) async fn wait_for(
             }
             .into());
         }
-        tokio::time::sleep(PAUSE).await;
+        tokio::time::sleep(pause).await;
+        pause = (pause * 2).min(PAUSE);
     }
 }
 

@@ -30,7 +30,7 @@ use rts_schemas::system::SystemSpec;
 pub use agent::FakeAgent;
 
 /// A clock that follows tokio's, which tests pause.
-pub struct TestClock(tokio::time::Instant);
+pub struct TestClock(pub tokio::time::Instant);
 
 impl Clock for TestClock {
     fn now(&self) -> Timestamp {
