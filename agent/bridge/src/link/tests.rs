@@ -112,7 +112,7 @@ async fn a_far_side_that_says_nothing_more_is_lost_and_one_that_was_told_says_so
     let mut pulse = far.incoming.next().await.unwrap();
     Kind::read(&mut pulse).await.unwrap();
     let told = tokio::time::sleep(Duration::from_secs(20));
-    let ends = tokio::join!(near.pulse.keep(), far(pulse, told));
+    let ends = tokio::join!(near.pulse.keep(), pulse::far(pulse, told));
     assert_eq!(ends, (End::Told, End::Told));
 }
 
