@@ -320,7 +320,7 @@ async fn a_spec_counts_before_it_is_durable_unless_it_says_whom_the_node_obeys()
     assert_eq!(begins.recv().await, Some(()));
     assert!(!raised.is_finished());
     go.send(()).unwrap();
-    raised.await.unwrap().unwrap();
+    assert!(raised.await.unwrap().unwrap().await.unwrap().changed);
     assert_eq!(held().await, Some((2, 1)));
 }
 
