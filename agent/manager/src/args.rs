@@ -170,7 +170,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!(read.dir, PathBuf::from("/tmp/x"));
-        assert_eq!(read.system.unwrap().uid, "u1");
+        assert_eq!(read.system.as_ref().unwrap().uid, "u1");
         assert_eq!(read.incarnation, "i1");
         assert_eq!(parse(read.words()).ok().map(again), Some(read));
     }
