@@ -13,10 +13,11 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use rts_host::process::number;
 use rts_manager_api::passing;
 use rts_manager_api::zygote::{Fork, FromZygote, MAX_DATAGRAM, ZYGOTE_VERSION, decode};
 use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
-use rustix::process::{Pid, Signal, pidfd_send_signal, setpgid};
+use rustix::process::{Signal, pidfd_send_signal, setpgid};
 use tokio::io::Interest;
 use tokio::net;
 use tokio::sync::{oneshot, watch};
@@ -167,8 +168,9 @@ impl Zygote {
             pidfd: Arc::new(PidFd::of(pidfd)?),
         };
         // The copy does so as well; whoever comes first, its group is there when somebody ends it.
-        let number = i32::try_from(pid).ok().and_then(Pid::from_raw);
-        let _ = setpgid(number, number);
+        if let Ok(number) = number(pid) {
+            let _ = setpgid(Some(number), Some(number));
+        }
         Ok(Born { child, in_cgroup })
     }
 

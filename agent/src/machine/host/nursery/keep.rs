@@ -41,9 +41,14 @@ impl Patience {
         self.tried = Instant::now();
     }
 
+    /// What was tried last has done its work for a good while.
+    fn was_sound(&self) -> bool {
+        self.tried.elapsed() >= SOUND
+    }
+
     /// What was tried last has failed.
     fn failed(&mut self) {
-        if self.tried.elapsed() >= SOUND {
+        if self.was_sound() {
             self.pause = PAUSES.0;
         }
         self.next = Instant::now() + self.pause;
@@ -54,6 +59,7 @@ impl Patience {
 /// Keeps a nursery until it is closed.
 pub(super) async fn keep(nursery: Arc<Nursery>) {
     let mut patience = Patience::new();
+    let mut said = String::new();
     loop {
         patience.try_next().await;
         let failure = match nursery.begin() {
@@ -62,7 +68,11 @@ pub(super) async fn keep(nursery: Arc<Nursery>) {
             Err(e) => Some(e.to_string()),
         };
         if let Some(why) = failure {
-            tracing::warn!("no zygote, so managers are spawned until there is one: {why}");
+            // Where there can be none, that is said once.
+            if why != said || patience.was_sound() {
+                tracing::warn!("no zygote, so managers are spawned until there is one: {why}");
+                said = why;
+            }
             patience.failed();
         }
     }
