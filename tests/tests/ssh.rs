@@ -148,7 +148,7 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     assert_eq!(node["status"]["state"], "Ready");
     let log = stack.expect(0, &["logs", "Printer0", "--tail", "5"]);
     assert!(!log.out.is_empty(), "{log:#?}");
-    stack.expect(0, &["conf", "set", "Sine0", "amplitude=2.5"]);
+    stack.expect(0, &["conf", "Sine0", "set", "amplitude=2.5"]);
 
     // Left alone, the session is closed; what runs goes on, and the next command finds it as it was.
     let (agent, relay) = (lab.far_agent(), lab.relay());
