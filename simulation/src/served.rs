@@ -61,7 +61,7 @@ pub enum ServeError {
         /// Its node.
         node: String,
         /// Why not.
-        source: StartError,
+        source: Box<StartError>,
     },
     /// The client of the controller.
     #[error("cannot make a client of the controller")]
@@ -134,7 +134,7 @@ async fn start(home: &Path, node: &str, seed: Seed, truth: Truth) -> Result<Serv
     let running = rts_agent::start(config, inputs).await;
     let running = running.map_err(|source| ServeError::Agent {
         node: node.to_owned(),
-        source,
+        source: Box::new(source),
     })?;
     let socket = run.join("agent.sock");
     let (stop, stopped) = oneshot::channel();
