@@ -5,6 +5,8 @@ mod row;
 mod simulated;
 mod system;
 
+use std::time::Duration;
+
 use anyhow::Result;
 use serde_json::json;
 
@@ -38,7 +40,7 @@ pub struct Args {
     /// Counted runs of each action, after one that is not counted.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     runs: u32,
-    /// Seconds for which real components are watched.
+    /// Seconds for which real components are watched; a fleet that rests, at most 5 of them.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     seconds: u64,
     /// Print JSON.
@@ -65,11 +67,14 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let (build, programs) = common.programs()?;
     let scene = Scene::begin(build);
+    // Of a fleet at rest there is less to see than of components that run.
+    let watched = Duration::from_secs(args.seconds.min(5));
     let (mut rows, mut reals) = (Vec::new(), Vec::new());
     if args.only != Some(Part::Real) {
         for (nodes, components) in sizes(args) {
             eprintln!("{components} components on {nodes} nodes");
-            rows.extend(simulated::measure(&programs, nodes, components, args.runs)?);
+            let found = simulated::measure(&programs, nodes, components, args.runs, watched)?;
+            rows.extend(found);
         }
     }
     if args.only != Some(Part::Simulated) {

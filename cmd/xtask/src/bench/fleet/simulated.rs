@@ -22,8 +22,6 @@ const LIMIT: Duration = Duration::from_secs(120);
 const DEADLINE: &str = "600s";
 /// Between two looks.
 const LOOK: Duration = Duration::from_millis(100);
-/// Time over which the controller is watched while nothing changes.
-const REST: Duration = Duration::from_secs(5);
 
 /// A controller with its fleet.
 pub struct Fleet {
@@ -115,10 +113,10 @@ impl Fleet {
     }
 
     /// What the controller costs while nothing changes, as if it were a command of that length.
-    fn rest(&self) -> Result<Sample> {
+    fn rest(&self, rest: Duration) -> Result<Sample> {
         let pid = self.controller.id();
         let (cpu, begin) = (process::cpu(pid)?, Instant::now());
-        std::thread::sleep(REST);
+        std::thread::sleep(rest);
         let cpu = process::cpu(pid)?.saturating_sub(cpu);
         let memory = process::memory(pid)?;
         let took = begin.elapsed();
@@ -163,7 +161,13 @@ fn ready(command: &mut Command) -> Result<Child> {
 }
 
 /// All actions on so many nodes and components, `runs` times in a row on one controller, after a run that is not counted.
-pub fn measure(programs: &Path, nodes: u32, components: u32, runs: u32) -> Result<Vec<Row>> {
+pub fn measure(
+    programs: &Path,
+    nodes: u32,
+    components: u32,
+    runs: u32,
+    watched: Duration,
+) -> Result<Vec<Row>> {
     let fleet = Fleet::start(programs, nodes)?;
     let file = |name: &str, value: f64| -> Result<String> {
         let system = System {
@@ -197,7 +201,7 @@ pub fn measure(programs: &Path, nodes: u32, components: u32, runs: u32) -> Resul
                 samples[place].push(sample);
             }
             if run == runs && *action == "one-change" {
-                rest.push(fleet.rest()?);
+                rest.push(fleet.rest(watched)?);
             }
         }
     }
