@@ -82,7 +82,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(systems::stored_plan, systems::plan))
         .routes(routes!(simulate::simulate))
         .routes(routes!(export::export))
-        .routes(routes!(objects::node))
+        .routes(routes!(objects::node, claims::forget))
         .routes(routes!(objects::component))
         .routes(routes!(objects::log))
         .routes(routes!(ports::samples, ports::inject))

@@ -11,6 +11,7 @@ mod core;
 mod execute;
 mod export;
 pub mod fleet;
+mod forget;
 mod greet;
 mod home;
 mod ledger;

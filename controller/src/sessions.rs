@@ -221,6 +221,12 @@ impl Sessions {
         reached.collect()
     }
 
+    /// A node is no longer one.
+    pub fn forget(&self, node: &str) {
+        self.nodes().remove(node);
+        self.tell();
+    }
+
     /// One node.
     pub fn get(&self, node: &str) -> Option<NodeEntry> {
         self.nodes().get(node).cloned()

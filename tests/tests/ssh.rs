@@ -182,7 +182,13 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     );
     assert!(said.err.contains("reached by ssh alone"), "{said:#?}");
     assert!(stack.get("systems").is_empty());
+    // A name means one machine.
+    let config = lab.server.config().display().to_string();
+    let other = ["node", "add", "--ssh", "somebody@robot", "--name", "arm"];
+    let said = stack.expect(2, &[&other[..], &["--ssh-config", &config]].concat());
+    assert!(said.err.contains("rtsctl node remove arm"), "{said:#?}");
     stack.expect(0, &["node", "remove", "arm"]);
+    assert!(stack.get("nodes").is_empty(), "it is not shown any more");
     assert_eq!(lab.copied(), copied, "{}", lab.log());
 }
 
@@ -278,5 +284,12 @@ fn a_node_that_lets_nobody_in_is_told_with_its_exit_code() {
         ],
     );
     assert!(said.err.contains("--accept-new"), "{said:#?}");
-    assert_eq!(stack.get("nodes").len(), 0, "it was not added");
+    let said = stack.expect(0, &["get", "nodes"]);
+    assert!(!said.err.contains("arm"), "it was not added: {said:#?}");
+    assert_eq!(stack.get("nodes").len(), 0);
+    // The name of a node of this machine.
+    stack.expect(0, &["up"]);
+    let words = ["node", "add", "--ssh", HOST, "--ssh-config", &config];
+    let said = stack.expect(2, &[&words[..], &["--name", "local"]].concat());
+    assert!(said.err.contains("agent of this machine"), "{said:#?}");
 }

@@ -134,13 +134,26 @@ impl Nodes {
         }))
     }
 
+    /// Those that a home was told of, or in which they ran; none in a home in which nothing ever ran.
+    pub fn known(home: &Home) -> Result<Self, LocalError> {
+        match Self::read(home)? {
+            Some(nodes) => Ok(nodes),
+            None if home.node_state(LOCAL_NODE).is_dir() => Self::of(home),
+            None => Ok(Self { nodes: Vec::new() }),
+        }
+    }
+
+    /// The one of this name.
+    pub fn named(&self, name: &str) -> Option<&NodeSetup> {
+        self.nodes.iter().find(|node| node.name == name)
+    }
+
     /// Those of a home, and `more`: what is said of the hosts of a node replaces what was said before. A home in which
     /// nothing ever ran has only those, if there are any.
     pub fn with(home: &Home, more: &[NodeSetup]) -> Result<Self, LocalError> {
-        let fresh = Self::read(home)?.is_none() && !home.node_state(LOCAL_NODE).is_dir();
-        let mut all = match fresh && !more.is_empty() {
-            true => Self { nodes: Vec::new() },
-            false => Self::of(home)?,
+        let mut all = match more {
+            [] => Self::of(home)?,
+            _ => Self::known(home)?,
         };
         for node in more {
             match all.nodes.iter_mut().find(|known| known.name == node.name) {
@@ -180,6 +193,20 @@ impl Nodes {
             }
         }
         Ok(())
+    }
+
+    /// Remembers them; when there are none, that the home was never told of any.
+    pub fn put_back(&self, home: &Home) -> Result<(), LocalError> {
+        if !self.nodes.is_empty() {
+            return self.save(home);
+        }
+        let path = file(home);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                Err(LocalError::file("remove", path)(e))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Remembers them.

@@ -7,6 +7,7 @@ use std::process::Stdio;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use futures_util::future::join_all;
 use rts_controller_api::objects::{Component, Kind};
 use rts_host::files;
 use rts_relay::State;
@@ -36,17 +37,44 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Sockets of the relays that this process holds awake.
 static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Reaches all nodes of a home that are reached by SSH; true when one was not awake before.
+/// What came of reaching the nodes of a home.
+pub(super) struct Reached {
+    /// One was not awake before.
+    pub woken: bool,
+    /// Those that are reached, and all others of the home.
+    pub nodes: Nodes,
+}
+
+/// Reaches all nodes of a home that are reached by SSH, beside each other. One of the `wanted` must be reached; of others that are not, it is
+/// told, and the controller says what that means.
 pub(super) async fn wake_all(
     session: &Session,
     nodes: &Nodes,
+    wanted: &[NodeSetup],
     path: Option<&OsString>,
-) -> Result<bool, LocalError> {
-    let mut woken = false;
-    for node in nodes.by_ssh() {
-        woken |= wake(session, node, path).await?;
+) -> Result<Reached, LocalError> {
+    let all = nodes.by_ssh();
+    let reaching = all.map(|node| async move { (node, wake(session, node, path).await) });
+    let mut reached = Reached {
+        woken: false,
+        nodes: nodes.clone(),
+    };
+    for (node, woken) in join_all(reaching).await {
+        match woken {
+            Ok(new) => reached.woken |= new,
+            Err(e) if wanted.iter().any(|wanted| wanted.name == node.name) => return Err(e),
+            Err(e) => {
+                session
+                    .out
+                    .warn(&format!("{e}; what is shown of it was seen last"));
+                if let Some(help) = e.help() {
+                    session.out.say(&format!("  help: {help}"));
+                }
+                reached.nodes = reached.nodes.without(&node.name);
+            }
+        }
     }
-    Ok(woken)
+    Ok(reached)
 }
 
 /// Reaches the nodes of a session's home for a command that only looks, or changes what runs: a node that is not reached is
@@ -57,32 +85,12 @@ pub async fn wake_for(session: &Session) -> Result<(), CliError> {
         return Ok(());
     }
     let path = module_path(None);
-    let mut reached = nodes.clone();
-    let mut woken = false;
-    for node in nodes.by_ssh() {
-        match wake(session, node, path.as_ref()).await {
-            Ok(new) => woken |= new,
-            Err(e) => {
-                session
-                    .out
-                    .warn(&format!("{e}; what is shown of it was seen last"));
-                if let Some(help) = e.help() {
-                    session.out.say(&format!("  help: {help}"));
-                }
-                reached = reached.without(&node.name);
-            }
-        }
+    let mut reached = wake_all(session, &nodes, &[], path.as_ref()).await?;
+    for node in nodes.all().iter().filter(|node| node.ssh.is_none()) {
+        reached.nodes = reached.nodes.without(&node.name);
     }
-    let local: Vec<_> = nodes
-        .all()
-        .iter()
-        .filter(|node| node.ssh.is_none())
-        .collect();
-    for node in local {
-        reached = reached.without(&node.name);
-    }
-    if woken && reached.by_ssh().next().is_some() {
-        agents::wait_for(session, &reached, &[]).await?;
+    if reached.woken && reached.nodes.by_ssh().next().is_some() {
+        agents::wait_for(session, &reached.nodes, &[]).await?;
     }
     Ok(())
 }

@@ -121,9 +121,10 @@ pub async fn ensure(session: &Session, wish: Wish) -> Result<Started, CliError> 
     if !wish.nodes.is_empty() {
         nodes.save(home)?;
     }
-    let reached = relays::wake_all(session, &nodes, module_path.as_ref()).await?;
-    if !started.nothing() || reached {
-        agents::wait_for(session, &nodes, &started.agents).await?;
+    let wanted = wish.nodes.as_slice();
+    let reached = relays::wake_all(session, &nodes, wanted, module_path.as_ref()).await?;
+    if !started.nothing() || reached.woken {
+        agents::wait_for(session, &reached.nodes, &started.agents).await?;
     }
     drop(lock);
     if !started.nothing() {

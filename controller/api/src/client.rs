@@ -152,6 +152,13 @@ impl Controller {
         self.http.get(&path).await
     }
 
+    /// Forgets a node that is away, or reached by SSH, and on which no system is.
+    pub async fn forget_node(&self, name: &str) -> Result<(), ClientError> {
+        let path = paths::NODE.replace("{name}", &segment(name));
+        let request = self.http.request(Method::DELETE, &path);
+        self.http.text(request).await.map(drop)
+    }
+
     /// Where the time went within the last `age`.
     pub async fn timings(&self, age: Duration) -> Result<Timings, ClientError> {
         let query = TimingsQuery {

@@ -12,7 +12,7 @@ pub const SYSTEM_EXPORT: &str = "/v1/systems/{name}/export";
 /// `POST` ([`rts_agent_api::messages::ActRequest`] → [`rts_agent_api::messages::Acted`]): a change by hand of what runs on
 /// a node.
 pub const NODE_ACTS: &str = "/v1/nodes/{node}/acts";
-/// `GET`.
+/// `GET`; `DELETE`: a node that is away is forgotten.
 pub const NODE: &str = "/v1/nodes/{name}";
 /// `POST`: what runs on a node of another controller becomes this one's.
 pub const NODE_ADOPT: &str = "/v1/nodes/{node}/adopt";

@@ -37,6 +37,18 @@ pub struct NodeSpecs {
     /// Node → digest of the spec that it is to have by what is desired now. A node that was away when the others were told
     /// may be back with the spec of before.
     wanted: BTreeMap<String, String>,
+    /// Nodes whose number is just being made durable: nothing can be done there before.
+    unnumbered: BTreeSet<String>,
+}
+
+/// What is to be done about the spec of a node.
+enum Prepared {
+    /// It is to be sent.
+    Send(Box<Sending>),
+    /// Its number is being made durable, and the end of that wakes the loop.
+    Unnumbered,
+    /// Nothing.
+    Nothing,
 }
 
 /// Node → session and generation.
@@ -66,7 +78,13 @@ impl NodeSpecs {
             acked: BTreeMap::new(),
             saving: JoinSet::new(),
             wanted: BTreeMap::new(),
+            unnumbered: BTreeSet::new(),
         }
+    }
+
+    /// Nodes that nothing can be asked of until their number is durable.
+    pub fn unnumbered(&self) -> &BTreeSet<String> {
+        &self.unnumbered
     }
 
     /// The generation for which an agent takes steps, when that is the newest.
@@ -157,6 +175,7 @@ impl NodeSpecs {
     ) -> BTreeMap<String, String> {
         let mut faults = self.collect();
         let mut sendings = Vec::new();
+        self.unnumbered.clear();
         for (node, spec) in &desired.nodes {
             if fenced.contains_key(node) {
                 self.taken.remove(node);
@@ -170,7 +189,9 @@ impl NodeSpecs {
                 continue;
             }
             match self.prepare(node, spec, digest).await {
-                Ok(sending) => sendings.extend(sending),
+                Ok(Prepared::Send(sending)) => sendings.push(*sending),
+                Ok(Prepared::Unnumbered) => drop(self.unnumbered.insert(node.clone())),
+                Ok(Prepared::Nothing) => {}
                 Err(reason) => drop(faults.insert(node.clone(), reason)),
             }
         }
@@ -222,9 +243,9 @@ impl NodeSpecs {
         node: &str,
         spec: &NodeSpec,
         digest: String,
-    ) -> Result<Option<Sending>, String> {
+    ) -> Result<Prepared, String> {
         let Some(number) = self.core.number_of(node, spec, &digest) else {
-            return Ok(None);
+            return Ok(Prepared::Nothing);
         };
         let given = match number {
             Number::Given(given) => given,
@@ -233,16 +254,15 @@ impl NodeSpecs {
                 let given = self.core.give_number(node, given).instrument(span).await;
                 given.map_err(|e| crate::chain(&e))?
             }
-            // Its end wakes the loop.
-            Number::Pending => return Ok(None),
+            Number::Pending => return Ok(Prepared::Unnumbered),
         };
         let Some(entry) = self.core.sessions.get(node).filter(|entry| !entry.lost) else {
-            return Ok(None);
+            return Ok(Prepared::Nothing);
         };
         if self.taken(node, &entry.session.id).is_some() {
-            return Ok(None);
+            return Ok(Prepared::Nothing);
         }
-        Ok(Some(Sending {
+        Ok(Prepared::Send(Box::new(Sending {
             node: node.to_owned(),
             session: entry.session.id,
             agent: entry.session.agent,
@@ -254,7 +274,7 @@ impl NodeSpecs {
                 take_over: entry.session.claim,
                 spec: spec.clone(),
             },
-        }))
+        })))
     }
 }
 
@@ -295,7 +315,10 @@ async fn within<T>(
         .while_live(&sending.node, &sending.session, work);
     match work.await {
         Ok(Ok(Ok(done))) => Ok(done),
-        Ok(Ok(Err(e))) => Err(format!("its agent refused the node's spec: {e}")),
+        Ok(Ok(Err(e @ ClientError::Problem(_)))) => {
+            Err(format!("its agent refused the node's spec: {e}"))
+        }
+        Ok(Ok(Err(e))) => Err(format!("its agent did not take the node's spec: {e}")),
         Ok(Err(_)) => Err(format!(
             "its agent did not store the node's spec within {} s",
             DEADLINE.as_secs()

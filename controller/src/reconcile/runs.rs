@@ -199,6 +199,11 @@ impl Runs {
                 None => Some(plan).filter(|_| !busy.contains(&system)),
             };
             let Some(plan) = plan else { continue };
+            // It would come to nothing.
+            let waits = |node| specs.unnumbered().contains(node);
+            if plan.steps.iter().any(|step| waits(&step.node)) {
+                continue;
+            }
             let absent = self.core.world().faults.clone();
             let peers = self.peers(&plan, specs, seen);
             let generations = peers

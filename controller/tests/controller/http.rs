@@ -58,6 +58,24 @@ async fn a_system_is_applied_listed_planned_and_deleted() {
 }
 
 #[tokio::test]
+async fn a_node_that_lives_or_runs_something_is_not_forgotten() {
+    let (cluster, _agent) = Cluster::hello();
+    let served = serve(cluster).await;
+    let controller = &served.controller;
+    assert_eq!(problem(controller.forget_node("other").await).status, 404);
+    let lives = problem(controller.forget_node("local").await);
+    assert_eq!((lives.status, lives.code.as_str()), (409, "node-lives"));
+    controller.apply(&request(systems::hello())).await.unwrap();
+    let runs = problem(controller.forget_node("local").await);
+    assert_eq!((runs.status, runs.code.as_str()), (409, "systems-run"));
+    served.until_converged("hello").await;
+    controller.delete("hello").await.unwrap();
+    served.cluster.until("hello", |s| s.is_none()).await;
+    let lives = problem(controller.forget_node("local").await);
+    assert_eq!(lives.code, "node-lives");
+}
+
+#[tokio::test]
 async fn if_match_guards_an_apply() {
     let (cluster, _agent) = Cluster::hello();
     let served = serve(cluster).await;

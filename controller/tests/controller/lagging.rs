@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
@@ -55,7 +56,8 @@ struct Stage {
 }
 
 impl Stage {
-    async fn set() -> Self {
+    /// A node that was told nothing yet.
+    async fn empty() -> Self {
         let fleet = FakeFleet::default();
         let agent = fleet.add("local", &["SineSource", "LowPassFilter", "Printer"]);
         let (word, words) = mpsc::unbounded_channel();
@@ -75,12 +77,16 @@ impl Stage {
         let core = Core::load(inputs).await.unwrap();
         tokio::spawn(Reconciler::new(Arc::clone(&core)).run());
         rts_controller::greet(&core, "local", greeting(&agent, "s1")).unwrap();
-        let stage = Self {
+        Self {
             core,
             agent,
             gate,
             word,
-        };
+        }
+    }
+
+    async fn set() -> Self {
+        let stage = Self::empty().await;
         stage.word.send(true).unwrap();
         stage.apply(systems::hello()).await.unwrap().unwrap();
         until(|| stage.phase("hello") == Some(Phase::Converged)).await;
@@ -204,4 +210,22 @@ async fn a_deletion_that_cannot_be_stored_is_taken_back() {
     until(|| stage.runs("Sine0")).await;
     until(|| stage.phase("hello") == Some(Phase::Converged)).await;
     assert!(stage.told("TakenBack", "system/hello"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_a_node_is_told_first_is_carried_out_at_once_when_it_is_durable_however_often_the_loop_looked_before()
+ {
+    let stage = Stage::empty().await;
+    let applying = stage.apply(systems::hello());
+    for _ in 0..10 {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+        stage.core.wake.notify_one();
+    }
+    assert!(!applying.is_finished());
+    let begin = tokio::time::Instant::now();
+    stage.word.send(true).unwrap();
+    applying.await.unwrap().unwrap();
+    until(|| stage.phase("hello") == Some(Phase::Converged)).await;
+    let took = begin.elapsed();
+    assert!(took < Duration::from_secs(1), "{took:?}");
 }

@@ -92,11 +92,11 @@ async fn another_version_names_what_to_do() {
 #[tokio::test]
 async fn whoever_is_dropped_is_missed_by_the_other() {
     let (near, mut far) = pair(false).await;
+    assert!(far.incoming.next().await.is_some(), "the pulse");
     let Near { link, pulse, .. } = near;
     drop((link, pulse));
     far.ended().await;
     assert!(far.opener.open(Kind::Controller).await.is_err());
-    assert!(far.incoming.next().await.is_some(), "the pulse waited");
     assert!(far.incoming.next().await.is_none());
 }
 

@@ -18,7 +18,8 @@ pub const MAX_FILES: usize = 4;
 pub fn send(socket: impl AsFd, bytes: &[u8], files: &[BorrowedFd<'_>]) -> io::Result<usize> {
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(MAX_FILES))];
     let mut message = SendAncillaryBuffer::new(&mut space);
-    if !files.is_empty() && !message.push(SendAncillaryMessage::ScmRights(files)) {
+    let fits = files.len() <= MAX_FILES;
+    if !fits || (!files.is_empty() && !message.push(SendAncillaryMessage::ScmRights(files))) {
         let text = "too many files for one message";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
     }
@@ -44,10 +45,9 @@ pub fn receive(socket: impl AsFd, bytes: &mut [u8]) -> io::Result<(usize, Vec<Ow
             files.extend(passed);
         }
     }
-    if got
-        .flags
-        .intersects(ReturnFlags::CTRUNC | ReturnFlags::TRUNC)
-    {
+    // The space is rounded up: one more than the most may have come.
+    let cut = ReturnFlags::CTRUNC | ReturnFlags::TRUNC;
+    if files.len() > MAX_FILES || got.flags.intersects(cut) {
         let text = "a message is longer than it may be";
         return Err(io::Error::new(io::ErrorKind::InvalidData, text));
     }

@@ -8,7 +8,9 @@ use serde::Deserialize;
 
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::local::nodes::{NodeSetup, SshNode};
+use crate::local::lock::HomeLock;
+use crate::local::nodes::{NodeSetup, Nodes, SshNode};
+use crate::local::relays;
 use crate::local::up::{Wish, ensure};
 use crate::session::Session;
 
@@ -103,16 +105,49 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         node.name.clone(),
         node.ssh.clone().map(|ssh| ssh.destination),
     );
+    let known = Nodes::known(&session.home)?;
+    if let Some(before) = known.named(&name) {
+        same_machine(before, &node)?;
+        // What is said now is tried, not what a session of before was opened with.
+        relays::stop(&session.home, &name);
+    }
     let wish = Wish {
         module_path: None,
         nodes: vec![node],
     };
-    ensure(session, wish).await?;
+    if let Err(e) = ensure(session, wish).await {
+        let _lock = HomeLock::take(&session.home)?;
+        known.put_back(&session.home)?;
+        return Err(e);
+    }
     let destination = destination.map(|d| d.to_string()).unwrap_or_default();
     session.out.result(&format!(
         "node/{name} added: reached by SSH ({destination})"
     ))?;
     Ok(Exit::Ok)
+}
+
+/// A name means one machine: what runs on another one would be lost sight of.
+fn same_machine(before: &NodeSetup, now: &NodeSetup) -> Result<(), CliError> {
+    let account = |node: &NodeSetup| {
+        let destination = node.ssh.as_ref().map(|ssh| &ssh.destination);
+        destination.map(|d| (d.host.clone(), d.user.clone(), d.port, d.config.clone()))
+    };
+    let name = &now.name;
+    match &before.ssh {
+        None => Err(CliError::usage_help(
+            format!("there is a node {name} already, an agent of this machine"),
+            "say another name with --name",
+        )),
+        Some(ssh) if account(before) != account(now) => Err(CliError::usage_help(
+            format!(
+                "there is a node {name} already, reached by SSH ({})",
+                ssh.destination
+            ),
+            &format!("`rtsctl node remove {name}` first, or say another name with --name"),
+        )),
+        Some(_) => Ok(()),
+    }
 }
 
 fn of_flags(args: &Args) -> Result<NodeSetup, CliError> {

@@ -1,11 +1,18 @@
 //! `rtsctl node remove`.
 
+use std::time::Duration;
+
+use rts_controller_api::ClientError;
+
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
 use crate::local::nodes::Nodes;
 use crate::local::relays;
 use crate::session::Session;
+
+/// Longest wait for the controller.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Forget a node that is reached by SSH
 ///
@@ -45,6 +52,25 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let _lock = HomeLock::take(home)?;
     Nodes::of(home)?.without(&args.node).save(home)?;
     relays::stop(home, &args.node);
+    forget(session, &args.node).await?;
     session.out.result(&format!("node/{} removed", args.node))?;
     Ok(Exit::Ok)
+}
+
+/// The controller, if it runs, no longer shows the node. One on which systems went on is shown until they are gone.
+async fn forget(session: &Session, node: &str) -> Result<(), CliError> {
+    if !session.local_answers().await? {
+        return Ok(());
+    }
+    match session.local(PATIENCE)?.forget_node(node).await {
+        Ok(()) => Ok(()),
+        // It had never greeted.
+        Err(ClientError::Problem(problem)) if problem.status == 404 => Ok(()),
+        Err(e) => {
+            session
+                .out
+                .warn(&format!("node {node} is still shown: {e}"));
+            Ok(())
+        }
+    }
 }

@@ -15,10 +15,12 @@ use crate::bench::stack::Stack;
 /// The variable that says how many wait, and the option that shows that an agent knows of it.
 const VARIABLE: &str = "RTSCTL_IDLE_MANAGERS";
 const OPTION: &str = "--idle-managers";
+/// Without control groups: where a manager is born in one, none is kept waiting, because moving it there later costs more.
+const NO_GROUPS: (&str, &str) = ("RTSCTL_CGROUP", "off");
 /// Sizes that are compared.
 const SIZES: [usize; 2] = [0, 2];
-/// Names of a manager that waits: with one that forks it, or as it is started.
-const NAMES: [&str; 2] = ["rts-idle", "rts-manager"];
+/// Name of a manager that waits.
+const NAME: &str = "rts-idle";
 /// Longest wait until the pool is full.
 const LIMIT: Duration = Duration::from_secs(10);
 /// Between two looks.
@@ -54,7 +56,8 @@ pub fn stacks(programs: &Path) -> Result<Vec<Pool>> {
         return Ok(Vec::new());
     }
     let start = |size: usize| {
-        let stack = Stack::start_with(programs, &[(VARIABLE, &size.to_string())])?;
+        let size_text = size.to_string();
+        let stack = Stack::start_with(programs, &[(VARIABLE, &size_text), NO_GROUPS])?;
         Ok(Pool { size, stack })
     };
     SIZES.into_iter().map(start).collect()
@@ -124,7 +127,7 @@ impl Pool {
 
 fn is_manager(pid: u32) -> bool {
     let name = std::fs::read_to_string(format!("/proc/{pid}/comm"));
-    name.is_ok_and(|name| NAMES.contains(&name.trim_end()))
+    name.is_ok_and(|name| name.trim_end() == NAME)
 }
 
 /// Prints what pools cost as a table.
