@@ -144,7 +144,7 @@ async fn nobody_is_told_of_a_change_before_it_is_durable_though_it_is_carried_ou
     // The loop has seen it, and everything has been published since.
     for _ in 0..3 {
         stage.core.observe().await;
-        tokio::time::sleep(std::time::Duration::from_secs(6)).await;
+        tokio::time::sleep(Duration::from_secs(6)).await;
     }
     assert!((&mut apply).now_or_never().is_none(), "it is not durable");
     assert!(!stage.gate.inner.held().systems.contains_key("more"));
@@ -185,7 +185,7 @@ async fn a_change_that_cannot_be_stored_is_taken_back_though_nothing_can_be_stor
 
     // As long as the last change could not be stored, the next one is begun only once it is.
     let apply = stage.apply(more());
-    tokio::time::sleep(std::time::Duration::from_secs(6)).await;
+    tokio::time::sleep(Duration::from_secs(6)).await;
     assert!(!stage.runs("Sine1"));
     stage.gate.full.store(false, Ordering::Relaxed);
     stage.word.send(true).unwrap();
@@ -201,7 +201,7 @@ async fn a_deletion_that_cannot_be_stored_is_taken_back() {
     let delete = tokio::spawn(async move { rts_controller::delete(&core, "hello", None).await });
     until(|| !stage.runs("Sine0")).await;
     // Nothing is left of it, and it is not forgotten before its end is durable.
-    tokio::time::sleep(std::time::Duration::from_secs(6)).await;
+    tokio::time::sleep(Duration::from_secs(6)).await;
     assert!(stage.core.registry().systems.contains_key("hello"));
     let shown = stage.core.view.get::<System>("hello").unwrap();
     assert_eq!(shown.metadata.deletion_timestamp, None);

@@ -144,7 +144,7 @@ fn same_machine(before: &NodeSetup, now: &NodeSetup) -> Result<(), CliError> {
                 "there is a node {name} already, reached by SSH ({})",
                 ssh.destination
             ),
-            &format!("`rtsctl node remove {name}` first, or say another name with --name"),
+            format!("`rtsctl node remove {name}` first, or say another name with --name"),
         )),
         Some(_) => Ok(()),
     }
