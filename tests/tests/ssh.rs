@@ -187,8 +187,12 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     let other = ["node", "add", "--ssh", "somebody@robot", "--name", "arm"];
     let said = stack.expect(2, &[&other[..], &["--ssh-config", &config]].concat());
     assert!(said.err.contains("rtsctl node remove arm"), "{said:#?}");
-    stack.expect(0, &["node", "remove", "arm"]);
-    assert!(stack.get("nodes").is_empty(), "it is not shown any more");
+    let said = stack.expect(0, &["node", "remove", "arm"]);
+    let nodes = stack.get("nodes");
+    assert!(
+        nodes.is_empty(),
+        "it is not shown any more: {said:#?} {nodes:#?}"
+    );
     assert_eq!(lab.copied(), copied, "{}", lab.log());
 }
 
