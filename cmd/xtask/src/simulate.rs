@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::project::{self, Build};
 
 /// Seeds that the tests run.
-const SHORT: u64 = 1000;
+const SHORT: u64 = 600;
 
 /// Arguments of `cargo xtask simulate`.
 #[derive(Debug, clap::Args)]
