@@ -1,8 +1,13 @@
 //! `cargo xtask fuzz`: every fuzz target for some time; the tests run a short part.
 
+use std::fs::File;
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
 
 use anyhow::{Context, Result, bail};
+use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::{project, tools};
 
@@ -30,7 +35,7 @@ pub fn run(args: &Args) -> Result<()> {
         );
     }
     wanted.retain(|target| args.only.is_empty() || args.only.contains(target));
-    project::run(project::command(tools::cargo_tool("fuzz")?).args(["build", "-s", "none"]))?;
+    project::run(&mut build(&tools::cargo_tool("fuzz")?))?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let waiting = Mutex::new(wanted.into_iter());
     let next = || waiting.lock().ok()?.next();
@@ -54,6 +59,41 @@ pub fn short() -> Result<()> {
         seconds: SHORT,
         only: Vec::new(),
     })
+}
+
+/// A build of the targets that takes only what of the processors nobody else wants. The suite itself waits for it.
+pub struct Ahead(Child);
+
+/// Begins to build the targets while suites run that wait for processes most of the time. What it says is in `fuzz-build.log` in the target folder.
+pub fn build_ahead() -> Result<Ahead> {
+    let said = project::target().join("fuzz-build.log");
+    let said = File::create(&said).with_context(|| format!("cannot make {}", said.display()))?;
+    let build = build(&tools::cargo_tool("fuzz")?);
+    let mut command = project::command("nice");
+    command.args(["-n", "19"]).arg(build.get_program());
+    command.args(build.get_args()).stdin(Stdio::null());
+    command.stdout(said.try_clone()?).stderr(said);
+    let child = command.process_group(0).spawn();
+    let child = child.with_context(|| format!("cannot start {}", project::shown(&command)))?;
+    Ok(Ahead(child))
+}
+
+impl Drop for Ahead {
+    /// Nothing goes on when the suites have ended; a build that is done is only reaped.
+    fn drop(&mut self) {
+        if matches!(self.0.try_wait(), Ok(None))
+            && let Some(group) = i32::try_from(self.0.id()).ok().and_then(Pid::from_raw)
+        {
+            let _ = kill_process_group(group, Signal::KILL);
+            let _ = self.0.wait();
+        }
+    }
+}
+
+fn build(cargo_fuzz: &Path) -> Command {
+    let mut command = project::command(cargo_fuzz);
+    command.args(["build", "-s", "none"]);
+    command
 }
 
 fn targets() -> Result<Vec<String>> {

@@ -20,10 +20,7 @@ use crate::project;
 const SHORT: [&str; 2] = ["order-sync-is-ignored", "settled-is-made-again"];
 
 /// A mutant is built more often than it is run.
-const BUILT_FAST: [&str; 2] = [
-    "profile.dev.package.rts-plan.opt-level=0",
-    "profile.dev.package.rts-schemas.opt-level=0",
-];
+const BUILT_FAST: [&str; 1] = ["profile.dev.package.rts-plan.opt-level=0"];
 
 /// Arguments of `cargo xtask mutants`.
 #[derive(Debug, clap::Args)]

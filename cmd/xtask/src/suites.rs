@@ -52,11 +52,13 @@ pub fn run(args: &Args) -> Result<()> {
             SUITES.map(|(name, _)| name).join(" ")
         );
     }
+    let wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|only| only == name);
     let begun = Instant::now();
     let mut rows = Vec::new();
-    for (name, suite) in SUITES {
-        if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
-            continue;
+    let mut ahead = None;
+    for (name, suite) in SUITES.into_iter().filter(|(name, _)| wanted(name)) {
+        if name == "tests" && wanted("fuzz") {
+            ahead = Some(fuzz::build_ahead()?);
         }
         println!("\n==> {name}");
         let start = Instant::now();
@@ -68,6 +70,7 @@ pub fn run(args: &Args) -> Result<()> {
             return outcome;
         }
     }
+    drop(ahead);
     if std::env::var_os("RTSCTL_CORPUS").is_none() {
         println!("\nRTSCTL_CORPUS is not set: the tests of real files were SKIPPED");
     }
