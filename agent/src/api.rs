@@ -17,8 +17,6 @@ use axum::routing::get;
 use rts_http::problem::Problem;
 use rts_http::server::{Json, Principal, ProblemResponse};
 use utoipa::OpenApi;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
 use crate::agent::Agent;
 
@@ -45,38 +43,39 @@ type Answer<T> = Result<T, ProblemResponse>;
 )]
 struct Doc;
 
-fn documented() -> OpenApiRouter<Arc<Agent>> {
-    OpenApiRouter::with_openapi(Doc::openapi())
-        .routes(routes!(health::livez))
-        .routes(routes!(health::readyz))
-        .routes(routes!(node::node))
-        .routes(routes!(node::inventory))
-        .routes(routes!(node::node_spec, node::put_node_spec))
-        .routes(routes!(node::resolve))
-        .routes(routes!(node::log))
-        .routes(routes!(ports::samples, ports::inject))
-        .routes(routes!(batches::run_batch))
-        .routes(routes!(batches::release))
-        .routes(routes!(bindings::bind))
-        .routes(routes!(managers::load_module))
-        .routes(routes!(managers::unload_module))
-        .routes(routes!(managers::factories))
-        .routes(routes!(managers::create_component))
-        .routes(routes!(managers::delete_component))
-        .routes(routes!(acts::act))
-        .routes(routes!(timings::timings))
+rts_http::handlers! {
+    Arc<Agent>, Doc::openapi();
+    health::livez,
+    health::readyz,
+    node::node,
+    node::inventory,
+    node::node_spec,
+    node::put_node_spec,
+    node::resolve,
+    node::log,
+    ports::samples,
+    ports::inject,
+    batches::run_batch,
+    batches::release,
+    bindings::bind,
+    managers::load_module,
+    managers::unload_module,
+    managers::factories,
+    managers::create_component,
+    managers::delete_component,
+    acts::act,
+    timings::timings,
 }
 
 /// The description of the API.
 pub(crate) fn openapi() -> utoipa::openapi::OpenApi {
-    documented().into_openapi()
+    documented()
 }
 
 /// The whole service.
 pub(crate) fn router(agent: Arc<Agent>) -> Router {
     // The description is made anew for whoever asks for it: it is larger than all else that an idle agent holds.
-    let (router, _) = documented().split_for_parts();
-    router
+    routes()
         .route(
             "/openapi.json",
             get(|_: Principal| async { Json(openapi()) }),

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use rts_host::timing::{self, Recorder};
-use tracing_subscriber::filter::{EnvFilter, FilterExt, filter_fn};
+use tracing_subscriber::filter::{FilterExt, LevelFilter, Targets, filter_fn};
 use tracing_subscriber::prelude::*;
 
 /// Standard error. Whoever read it may have gone, which is no reason to end.
@@ -20,9 +20,11 @@ impl Write for Log {
     }
 }
 
-/// Logs to stderr, as `RTSCTL_LOG` says, and keeps where the time goes.
+/// Logs to stderr, as `RTSCTL_LOG` says (`debug`, or `info,rts_agent=trace`), and keeps where the time goes.
 pub fn observe() {
-    let level = EnvFilter::try_from_env("RTSCTL_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
+    let said = std::env::var("RTSCTL_LOG").ok();
+    let said = said.and_then(|said| said.parse::<Targets>().ok());
+    let level = said.unwrap_or_else(|| Targets::new().with_default(LevelFilter::INFO));
     let logged = level.and(filter_fn(|metadata| !timing::is_kept(metadata)));
     let log = tracing_subscriber::fmt::layer()
         .with_writer(|| Log)

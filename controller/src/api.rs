@@ -27,8 +27,6 @@ use rts_controller_api::Problem;
 use rts_http::server::ProblemResponse;
 use tokio::sync::{Semaphore, watch as signal};
 use utoipa::OpenApi;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
 use crate::core::Core;
 use crate::greet::of_agent;
@@ -57,8 +55,7 @@ pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
         watches: Arc::new(Semaphore::new(MAX_WATCHES)),
     };
     // The document is made anew for whoever asks for it: it is larger than all else that an idle controller holds.
-    let (router, _) = routes().split_for_parts();
-    router
+    routes()
         .fallback(nothing_here)
         .method_not_allowed_fallback(not_allowed)
         .layer(DefaultBodyLimit::max(MAX_BODY))
@@ -67,43 +64,48 @@ pub fn router(core: Arc<Core>, ending: signal::Receiver<bool>) -> Router {
 
 /// The description of the API.
 pub fn openapi() -> utoipa::openapi::OpenApi {
-    document::finished(routes().into_openapi())
+    document::finished(documented())
 }
 
-fn routes() -> OpenApiRouter<App> {
-    OpenApiRouter::with_openapi(document::Document::openapi())
-        .routes(routes!(objects::systems))
-        .routes(routes!(objects::nodes))
-        .routes(routes!(objects::components))
-        .routes(routes!(objects::connectors))
-        .routes(routes!(objects::managers))
-        .routes(routes!(objects::events))
-        .routes(routes!(systems::get, systems::put, systems::delete))
-        .routes(routes!(systems::stored_plan, systems::plan))
-        .routes(routes!(simulate::simulate))
-        .routes(routes!(export::export))
-        .routes(routes!(objects::node, claims::forget))
-        .routes(routes!(objects::component))
-        .routes(routes!(objects::log))
-        .routes(routes!(ports::samples, ports::inject))
-        .routes(routes!(objects::connector))
-        .routes(routes!(objects::manager))
-        .routes(routes!(managers::load))
-        .routes(routes!(managers::unload))
-        .routes(routes!(managers::factories))
-        .routes(routes!(managers::create))
-        .routes(routes!(managers::delete))
-        .routes(routes!(acts::act))
-        .routes(routes!(claims::adopt))
-        .routes(routes!(claims::take_over))
-        .routes(routes!(backup::backup))
-        .routes(routes!(timings::timings))
-        .routes(routes!(sessions::greet))
-        .routes(routes!(sessions::heartbeat))
-        .routes(routes!(health::livez))
-        .routes(routes!(health::readyz))
-        .routes(routes!(health::metrics))
-        .routes(routes!(document::openapi))
+rts_http::handlers! {
+    App, document::Document::openapi();
+    objects::systems,
+    objects::nodes,
+    objects::components,
+    objects::connectors,
+    objects::managers,
+    objects::events,
+    systems::get,
+    systems::put,
+    systems::delete,
+    systems::stored_plan,
+    systems::plan,
+    simulate::simulate,
+    export::export,
+    objects::node,
+    claims::forget,
+    objects::component,
+    objects::log,
+    ports::samples,
+    ports::inject,
+    objects::connector,
+    objects::manager,
+    managers::load,
+    managers::unload,
+    managers::factories,
+    managers::create,
+    managers::delete,
+    acts::act,
+    claims::adopt,
+    claims::take_over,
+    backup::backup,
+    timings::timings,
+    sessions::greet,
+    sessions::heartbeat,
+    health::livez,
+    health::readyz,
+    health::metrics,
+    document::openapi,
 }
 
 async fn nothing_here(request: Request) -> ProblemResponse {

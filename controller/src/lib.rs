@@ -28,7 +28,7 @@ mod reconcile;
 pub mod restore;
 mod run;
 mod sessions;
-mod simulate;
+pub mod simulate;
 pub mod simulator;
 pub mod store;
 mod view;

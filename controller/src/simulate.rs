@@ -18,8 +18,8 @@ use crate::simulator::{Scenario, Simulator, Stop};
 const WALL: Duration = Duration::from_secs(20);
 /// After that, time for it to tell what it has.
 const LAST_WORD: Duration = Duration::from_secs(5);
-/// Stack of its thread: debug builds nest deep.
-const STACK: usize = 16 * 1024 * 1024;
+/// Stack of its thread in bytes: debug builds nest deep.
+pub const STACK: usize = 16 * 1024 * 1024;
 /// Most faults.
 const MAX_FAULTS: usize = 100;
 /// Longest text of a fault.
@@ -74,8 +74,8 @@ impl Drop for Told {
     }
 }
 
-/// Without a word in the log: what happens in a simulation happens to nobody.
-fn quietly(simulator: &dyn Simulator, scenario: &Scenario) -> Result<Simulated, Problem> {
+/// Plays a scenario through without a word in the log: what happens in a simulation happens to nobody.
+pub fn quietly(simulator: &dyn Simulator, scenario: &Scenario) -> Result<Simulated, Problem> {
     let nobody = tracing::subscriber::NoSubscriber::new();
     let work = || catch_unwind(AssertUnwindSafe(|| simulator.simulate(scenario)));
     tracing::subscriber::with_default(nobody, work).unwrap_or_else(|panic| {

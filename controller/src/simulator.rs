@@ -1,5 +1,7 @@
 //! What can play a change through: a simulation of the whole cluster, which the controller is given and does not know.
 
+mod program;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +11,9 @@ use rts_agent_api::messages::ModuleResolution;
 use rts_controller_api::Problem;
 use rts_controller_api::requests::ApplyRequest;
 use rts_controller_api::simulate::Simulated;
+use serde::{Deserialize, Serialize};
 
+pub use self::program::{HURRY, MAX_SCENARIO, ProgramSimulator};
 use crate::store::State;
 
 /// Plays a scenario through.
@@ -20,7 +24,8 @@ pub trait Simulator: Send + Sync + 'static {
 }
 
 /// What is simulated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub struct Scenario {
     /// What is stored before the apply. Simulated from what it wants, as if all of that had come to be.
     pub before: State,
@@ -39,11 +44,13 @@ pub struct Scenario {
     /// Where it begins otherwise than the cluster is now.
     pub notes: Vec<String>,
     /// Tells when nobody waits for the answer any more.
+    #[serde(skip)]
     pub stop: Stop,
 }
 
 /// A node.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub struct ScenarioNode {
     /// Its name.
     pub name: String,
@@ -56,7 +63,7 @@ pub struct ScenarioNode {
 }
 
 /// What a node is to have.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Parts {
     /// Display names of managers (`hello.main`).
     pub managers: BTreeSet<String>,

@@ -1,5 +1,6 @@
 //! Listening on Unix sockets: mode 0600, peer credentials for every handler, orderly shutdown.
 
+mod handlers;
 mod socket;
 
 use std::convert::Infallible;

@@ -1,6 +1,7 @@
 //! A user's own system, played through: the cluster as it is known to the controller, a change of it, and faults in words.
 
 mod apply;
+mod asked;
 mod end;
 mod modules;
 mod names;
@@ -11,6 +12,7 @@ mod strike;
 mod tests;
 mod world;
 
+pub use self::asked::answer;
 use rts_controller::simulator::{Scenario, Simulator};
 use rts_controller_api::simulate::Simulated;
 use rts_controller_api::{Problem, ProblemError};

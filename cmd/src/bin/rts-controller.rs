@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use rts_controller::restore::{check, restore};
-use rts_simulation::user::UserSimulator;
+use rts_controller::simulator::ProgramSimulator;
 use rtsctl::error::chain;
 
 /// Keeps systems of RT-Components as they were applied
@@ -66,7 +66,9 @@ fn main() -> ExitCode {
 
 fn run(home: PathBuf, local_node: String) -> anyhow::Result<()> {
     let config = rts_controller::Config { home, local_node };
-    rts_controller::run(&config, Arc::new(UserSimulator)).context("rts-controller ends")
+    let program = std::env::current_exe().context("cannot find the folder of this program")?;
+    let simulator = ProgramSimulator::new(program.with_file_name("rts-simulator"));
+    rts_controller::run(&config, Arc::new(simulator)).context("rts-controller ends")
 }
 
 fn restored(command: Command) -> anyhow::Result<()> {
