@@ -272,6 +272,28 @@ async fn two_files_take_turns_and_what_is_torn_gives_way_to_the_one_before() {
 }
 
 #[tokio::test]
+async fn what_takes_a_system_down_is_written_where_there_is_room_already() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut ledger = Ledger::load("local", folder.path(), Arc::new(FileDisk))
+        .await
+        .unwrap();
+    let lengths = || {
+        FILES.map(|name| std::fs::metadata(folder.path().join(name)).map_or(0, |file| file.len()))
+    };
+    let many: Vec<String> = (0..200).map(|n| format!("system{n}")).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    let less = &many[1..];
+    for (generation, systems) in [(1, &many[..1]), (2, &many[..]), (3, less), (4, &[])] {
+        put(&mut ledger, envelope("a", 1, generation, systems).into())
+            .await
+            .unwrap();
+        let now = lengths();
+        assert_eq!(now[0], now[1], "{generation}");
+        assert!(now[0] > 0 && (generation < 2 || now[0] > 16 * 1024));
+    }
+}
+
+#[tokio::test]
 async fn a_spec_counts_before_it_is_durable_unless_it_says_whom_the_node_obeys() {
     let home = tempfile::tempdir_in("/tmp").unwrap();
     let (disk, mut begins, go) = SlowDisk::new(".json");

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use rts_controller::restore::{check, restore};
+use rts_host::error::chain;
 use rts_simulation::user::UserSimulator;
-use rtsctl::error::chain;
 
 /// Keeps systems of RT-Components as they were applied
 #[derive(Debug, Parser)]
