@@ -177,7 +177,10 @@ mod tests {
              debug1: Sending command: exec /bin/sh\n\
              debug1: client_input_channel_req: channel 0 rtype exit-status reply 0\n\
              Transferred: sent 3480, received 3340 bytes, in 0.5 seconds\n"
-        ), @"");
+        ), @r"
+        robot let us in and ran something else than what it was sent, as /home/pi/.ssh/authorized_keys:1 forces it to: hi
+        help: the key has a forced command (`command=`), so that nothing else can be run: let in a key without one, or log in as another account
+        ");
         let settings = "debug1: Remote: /x:1: key options: pty\ndebug1: Sending command: x\ndebug1: client_input_channel_req: channel 0 rtype exit-status reply 0";
         assert!(
             matches!(of(settings), SshError::Forced { place: None, .. }),

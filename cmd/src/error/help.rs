@@ -169,7 +169,7 @@ mod tests {
             seconds: 60.0,
         };
         assert_eq!(deadline.help_on_demand(&[]), None);
-        insta::assert_snapshot!(deadline.help_on_demand(&["arm".to_owned()]).unwrap(), @"");
+        insta::assert_snapshot!(deadline.help_on_demand(&["arm".to_owned()]).unwrap(), @"node arm is reached by SSH: the controller goes on there only while a command needs it and as long as the session is kept after that, then nothing is tried until the next command. Mend the cause and apply again; see `rtsctl describe system/hello`");
         let partly = |rest| CliError::Partly {
             system: "hello".to_owned(),
             summary: String::new(),
