@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use rts_host::reserve::Reserve;
 use rts_http::server::MAX_SOCKET_PATH;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rts_plan::desired::ManagerKey;
@@ -114,6 +115,11 @@ impl Folders {
     /// Describes the agent's process.
     pub fn description(&self) -> PathBuf {
         self.run.join("agent.json")
+    }
+
+    /// Space for the day on which the disk is full.
+    pub fn reserve(&self) -> Reserve {
+        Reserve::within(&self.state)
     }
 
     /// Run folder of a manager.

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use rts_host::error::chain;
 use rts_host::memory;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -58,17 +59,6 @@ pub fn run(config: Config) -> Result<(), RunError> {
         announce(&serde_json::json!({ "ready": false, "error": chain(e) }));
     }
     result
-}
-
-/// An error and its causes in one line.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        text.push_str(&format!(": {error}"));
-        source = error.source();
-    }
-    text
 }
 
 fn announce(line: &serde_json::Value) {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::error::chain;
 use tokio::sync::oneshot;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, sleep};
@@ -12,7 +13,6 @@ use crate::config::Config;
 use crate::inputs::Inputs;
 use crate::local::LocalAgent;
 use crate::managers::{adopt_all, adopt_round, bury_orphans};
-use crate::run::chain;
 use crate::{heal, session};
 
 /// How often the managers are asked without a reason: one that hangs tells nobody.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rts_bridge::{Kind, Link, LinkError, Opener, join, pulse};
+use rts_host::error::chain;
 use rts_http::server::bind;
 use tokio::io::copy_bidirectional;
 use tokio::net::{UnixListener, UnixStream};
@@ -22,7 +23,6 @@ use tokio::task::JoinSet;
 use crate::agent::StartError;
 use crate::config::Config;
 use crate::folders::Folders;
-use crate::run::chain;
 use seat::Seat;
 
 /// Pause after a connection could not be accepted (no file descriptor is left).

@@ -14,7 +14,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::LocalError;
 use crate::output::Output;
-use crate::session::Session;
+use crate::session::{Session, home};
 
 /// Deploys systems of RT-Components and keeps them running
 ///
@@ -141,7 +141,7 @@ pub enum Command {
 pub fn run(cli: Cli, out: &Output) -> Exit {
     let result = match cli.command {
         // These need no home.
-        Command::Check(args) => check::run(&args, out),
+        Command::Check(args) => check::run(&args, home(&cli.globals).ok().as_ref(), out),
         Command::Completion(args) => completion::run(&args, out),
         Command::Convert(args) => convert::run(&args, out),
         Command::Docs(args) => docs::run(&args, out),
@@ -211,7 +211,7 @@ async fn dispatch(command: Command, session: &Session) -> Result<Exit, CliError>
         Command::Manager(command) => manager::run(command, session).await,
         Command::Node(command) => node::run(command, session).await,
         Command::Controller(command) => controller::run(command, session).await,
-        Command::Check(args) => check::run(&args, &session.out),
+        Command::Check(args) => check::run(&args, Some(&session.home), &session.out),
         Command::Completion(args) => completion::run(&args, &session.out),
         Command::Version(args) => version::run(&args, session).await,
         Command::Docs(args) => docs::run(&args, &session.out),

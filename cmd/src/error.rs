@@ -5,6 +5,7 @@ mod help;
 use std::path::PathBuf;
 
 use rts_controller_api::{ClientError, Problem, ProblemError};
+use rts_host::error::chain;
 use rts_schemas::diagnostic::Report;
 use rts_ssh::SshError;
 use rts_ssh::bootstrap::BootstrapError;
@@ -276,21 +277,6 @@ impl CliError {
             _ => &[],
         }
     }
-}
-
-/// An error and its causes on one line; a cause that repeats what was said is left out.
-pub fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let cause_text = cause.to_string();
-        if !text.ends_with(&cause_text) {
-            text.push_str(": ");
-            text.push_str(&cause_text);
-        }
-        source = cause.source();
-    }
-    text
 }
 
 #[cfg(test)]

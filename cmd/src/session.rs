@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::local::home::Home;
 use crate::local::lock::is_held;
 use crate::local::nodes::Nodes;
-use crate::local::{LOCAL_NODE, relays, up};
+use crate::local::{LOCAL_NODE, LocalError, relays, up};
 use crate::output::Output;
 
 /// Longest wait for an answer of the controller.
@@ -38,7 +38,7 @@ impl Session {
     pub fn new(globals: &Globals, out: Output) -> Result<Self, CliError> {
         let controller = or_variable(&globals.controller, "RTSCTL_CONTROLLER");
         Ok(Self {
-            home: Home::settle(or_variable(&globals.home, "RTSCTL_HOME"))?,
+            home: home(globals)?,
             controller: controller.filter(|socket| !socket.as_os_str().is_empty()),
             out,
             local: OnceLock::new(),
@@ -67,7 +67,7 @@ impl Session {
             false => Vec::new(),
         };
         let what = match lacking.as_slice() {
-            [] => return None,
+            [] => return error.help_on_demand(&relays::on_demand()),
             [node] => format!("the agent of this machine (node {node}) does not run"),
             nodes => format!(
                 "agents of this machine (nodes {}) do not run",
@@ -125,6 +125,11 @@ impl Session {
     pub async fn local_answers(&self) -> Result<bool, CliError> {
         Ok(self.local(PROBE_TIMEOUT)?.alive().await)
     }
+}
+
+/// The home that the global options name, or else the variable.
+pub fn home(globals: &Globals) -> Result<Home, LocalError> {
+    Home::settle(or_variable(&globals.home, "RTSCTL_HOME"))
 }
 
 /// What was said on the command line, else in a variable.

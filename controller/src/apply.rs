@@ -219,7 +219,7 @@ pub fn missing(name: &str) -> Problem {
 
 /// A store that failed: nothing was changed.
 pub fn of_store(error: &StoreError) -> Problem {
-    tracing::error!(error = %crate::chain(error), "store failed");
+    tracing::error!(error = %rts_host::error::chain(error), "store failed");
     match error {
         StoreError::Full { path } => {
             let folder = path.parent().unwrap_or(path);
@@ -236,7 +236,7 @@ pub fn of_store(error: &StoreError) -> Problem {
                 help: Some(help),
             }])
         }
-        _ => Problem::unavailable("store-failed", crate::chain(error)),
+        _ => Problem::unavailable("store-failed", rts_host::error::chain(error)),
     }
 }
 

@@ -42,15 +42,3 @@ pub use self::greet::{greet, heartbeat};
 pub use self::ledger::claim::{adopt, take_over};
 pub use self::reconcile::Reconciler;
 pub use self::run::{Config, RunError, expire_sessions, run};
-
-/// An error and its causes in one line.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text.push_str(": ");
-        text.push_str(&error.to_string());
-        cause = error.source();
-    }
-    text
-}

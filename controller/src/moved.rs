@@ -200,7 +200,7 @@ async fn forget(core: &Core, then: &SystemRecord, gone: Gone) {
     }
     present.left.retain(|_, nodes| !nodes.is_empty());
     if let Err(e) = core.store_system(present).await {
-        tracing::error!(error = %crate::chain(&e), "what a node no longer runs cannot be stored");
+        tracing::error!(error = %rts_host::error::chain(&e), "what a node no longer runs cannot be stored");
     }
 }
 

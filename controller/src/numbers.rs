@@ -41,7 +41,9 @@ impl Core {
         }
         match self.store.reserve_revisions(revision + REVISIONS).await {
             Ok(()) => self.reserved.store(revision + REVISIONS, Ordering::Relaxed),
-            Err(e) => tracing::error!(error = %crate::chain(&e), "revisions cannot be reserved"),
+            Err(e) => {
+                tracing::error!(error = %rts_host::error::chain(&e), "revisions cannot be reserved")
+            }
         }
     }
 }

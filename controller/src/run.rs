@@ -60,7 +60,7 @@ pub enum RunError {
 pub fn run(config: &Config, simulator: Arc<dyn Simulator>) -> Result<(), RunError> {
     let result = start(config, simulator);
     if let Err(Fail::BeforeReady(error)) = &result {
-        say(&serde_json::json!({"ready": false, "error": crate::chain(error)}));
+        say(&serde_json::json!({"ready": false, "error": rts_host::error::chain(error)}));
     }
     result.map_err(|fail| match fail {
         Fail::BeforeReady(error) | Fail::Later(error) => error,
@@ -153,7 +153,7 @@ async fn keep(home: &mut Home) -> HomeError {
             Err(error @ HomeError::Held { .. }) => return error,
             // It may do better the next time.
             Err(error) => {
-                let error = crate::chain(&error);
+                let error = rts_host::error::chain(&error);
                 if error != complaint {
                     tracing::error!(error, "the lock of the home is lost");
                     complaint = error;

@@ -100,7 +100,7 @@ pub(crate) fn beside(path: &Path) -> io::Result<PathBuf> {
     Ok(path.with_file_name(new))
 }
 
-fn write_private(path: &Path, bytes: &[u8]) -> io::Result<File> {
+pub(crate) fn write_private(path: &Path, bytes: &[u8]) -> io::Result<File> {
     let mut options = OpenOptions::new();
     let mut file = options
         .write(true)

@@ -4,11 +4,13 @@
 pub mod cgroup;
 pub mod clock;
 pub mod disk;
+pub mod error;
 pub mod files;
 pub mod home;
 pub mod identity;
 pub mod limits;
 pub mod memory;
 pub mod process;
+pub mod reserve;
 pub mod timing;
 pub mod usage;

@@ -1,9 +1,9 @@
 //! What a relay is told when it starts.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rts_ssh::Destination;
+use rts_ssh::{Destination, lease_name};
 
 /// Settings of a relay.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,8 +30,14 @@ impl Config {
     /// Longest [`Config::keep`].
     pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 
-    fn run(&self) -> PathBuf {
+    /// The node's run folder.
+    pub(crate) fn run(&self) -> PathBuf {
         self.home.join("run").join(&self.node)
+    }
+
+    /// What keeps the copies over there that this node needs.
+    pub fn lease(&self) -> String {
+        lease(&self.home, &self.node)
     }
 
     /// Where the node's agent is found.
@@ -58,4 +64,11 @@ impl Config {
     pub(crate) fn controller_socket(&self) -> PathBuf {
         self.home.join("run/controller.sock")
     }
+}
+
+/// The name of what keeps the copies over there that a node of a home needs.
+pub fn lease(home: &Path, node: &str) -> String {
+    let machine = std::fs::read_to_string("/etc/machine-id").unwrap_or_default();
+    let home = home.canonicalize().unwrap_or_else(|_| home.to_owned());
+    lease_name(machine.trim(), &home.display().to_string(), node)
 }

@@ -16,6 +16,6 @@ mod run;
 mod session_api;
 
 pub use awake::State;
-pub use config::Config;
+pub use config::{Config, lease};
 pub use reach::ReachError;
 pub use run::run;

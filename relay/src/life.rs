@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rts_host::error::chain;
 use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep, timeout};
 
@@ -10,7 +11,6 @@ use crate::awake::{Commands, State};
 use crate::config::Config;
 use crate::link::{End, Now, keep};
 use crate::reach::{ReachError, Reached, reach};
-use crate::run::chain;
 
 /// First pause before a lost session is opened again; each is twice the one before.
 const FIRST_PAUSE: Duration = Duration::from_millis(200);
@@ -121,7 +121,13 @@ async fn unneeded(commands: &Commands, patience: Duration) {
     }
 }
 
-async fn give_up(state: &watch::Sender<State>, reason: String, help: Option<String>, exit: u8) {
+/// Says to those who wait why it ends.
+pub(crate) async fn give_up(
+    state: &watch::Sender<State>,
+    reason: String,
+    help: Option<String>,
+    exit: u8,
+) {
     state.send_replace(State::Failed { reason, help, exit });
     sleep(LAST_WORDS).await;
 }

@@ -4,13 +4,20 @@ use std::io;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use rts_bridge::{Link, LinkError, pulse};
+use rts_host::error::chain;
 use rts_ssh::{Child, Kind, LocalFile, Session, SshError};
 use tokio::io::{AsyncRead, ReadBuf};
 
 use crate::config::Config;
 use crate::log;
+
+/// Connections that may be cut before the first one is given up.
+const CUTS: u32 = 4;
+/// Pause before the next of them.
+const PAUSE: Duration = Duration::from_millis(300);
 
 /// The node was not reached.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +60,14 @@ impl ReachError {
         }
     }
 
+    /// The connection was there, or just coming about, and was cut: the next may well come about at once.
+    pub fn was_cut(&self) -> bool {
+        match self {
+            Self::Ssh(e) => e.was_cut(),
+            Self::Agent { .. } => self.is_passing(),
+        }
+    }
+
     /// Trying again may help without that anybody mends something.
     pub fn is_passing(&self) -> bool {
         match self {
@@ -91,9 +106,27 @@ impl AsyncRead for Output {
     }
 }
 
+/// Reaches it, and at once again should the connection be cut meanwhile.
+pub(crate) async fn reach_first(config: &Config) -> Result<Reached, ReachError> {
+    for _ in 1..CUTS {
+        match reach(config).await {
+            Err(e) if e.was_cut() => {
+                tracing::warn!(
+                    "node {} is not reached, trying again: {}",
+                    config.node,
+                    chain(&e)
+                );
+                tokio::time::sleep(PAUSE).await;
+            }
+            done => return done,
+        }
+    }
+    reach(config).await
+}
+
 /// Logs in, copies what is missing, and starts the agent.
 pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
-    let session = Session::open(&config.destination, &std::env::temp_dir()).await?;
+    let session = Session::open(&config.destination, &config.run()).await?;
     let survey = session.survey().await?;
     let programs = ["rts-agent", "rts-manager"].map(|name| config.programs.join(name));
     for program in &programs {
@@ -126,8 +159,23 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
         "--module-path",
         &installed,
     ];
+    let lease = config.lease();
+    let keep: Vec<&str> = stored
+        .files
+        .iter()
+        .map(|file| file.digest.as_str())
+        .collect();
     // What a component starts can be told to be of this home, wherever it goes.
-    let mut child = session.spawn("env", &arguments).await?;
+    let (child, collected) = tokio::join!(
+        session.spawn("env", &arguments),
+        session.collect(&home, &lease, &keep)
+    );
+    match collected {
+        Ok(0) => {}
+        Ok(count) => tracing::info!("removed {count} old copies over there"),
+        Err(e) => tracing::warn!("old copies stay over there: {}", chain(&e)),
+    }
+    let mut child = child?;
     let last = Arc::new(Mutex::new(None));
     if let Some(stderr) = child.stderr.take() {
         tokio::spawn(log::bring_home(stderr, Arc::clone(&last)));

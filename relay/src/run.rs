@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
+use rts_host::error::chain;
 use rts_host::files;
 use rts_host::identity::Identity;
 use rts_http::server::bind;
@@ -13,12 +14,16 @@ use tokio::time::{Instant, sleep};
 
 use crate::awake::{Commands, State, serve};
 use crate::config::Config;
-use crate::life::live;
+use crate::life::{give_up, live};
 use crate::link::{Now, serve_agent};
-use crate::reach::{ReachError, reach};
+use crate::reach::{ReachError, reach_first};
 
 /// How long the relay before may take to end.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// Exit code of a command that needs the node.
+const UNREACHABLE: u8 = 4;
+/// Beginning of the names of folders for the sockets of sessions.
+const SESSIONS: &str = "ssh.";
 /// Between two tries for its lock.
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -70,6 +75,7 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
     let run = config.home.join("run").join(&config.node);
     files::private_folder(&run).map_err(in_file(&run))?;
     let _lock = lock(config).await?;
+    clean(&run);
     let description = config.description();
     let own = serde_json::to_vec(&Identity::own(env!("CARGO_PKG_VERSION")));
     let written = own
@@ -78,7 +84,7 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
     written.map_err(in_file(&description))?;
     let served = async {
         let first = tokio::select! {
-            first = reach(config) => first?,
+            first = reach_first(config) => first?,
             _ = term.recv() => return Ok(()),
             _ = interrupt.recv() => return Ok(()),
         };
@@ -91,12 +97,23 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
         });
         tracing::info!(node = config.node, "reached {}", config.destination);
         say(&serde_json::json!({ "ready": true }));
+        let life = async {
+            tokio::select! {
+                () = live(config, first, &now, &commands, &state) => return,
+                _ = term.recv() => {}
+                _ = interrupt.recv() => {}
+            }
+            tracing::info!("told to end");
+            // Whoever holds it awake must not take it for one that was killed, and start another.
+            if *commands.count().borrow() > 0 {
+                let reason = "its relay on this machine was told to end".to_owned();
+                give_up(&state, reason, None, UNREACHABLE).await;
+            }
+        };
         tokio::select! {
-            () = live(config, first, &now, &commands, &state) => {}
+            () = life => {}
             () = serve_agent(agents, &now) => {}
             () = serve(waiting, commands.clone(), told) => {}
-            _ = term.recv() => tracing::info!("told to end"),
-            _ = interrupt.recv() => tracing::info!("told to end"),
         }
         Ok(())
     };
@@ -105,6 +122,20 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
         let _ = std::fs::remove_file(path);
     }
     served
+}
+
+/// Removes what the sessions of relays that were killed have left. The caller holds the lock: none of them lives.
+fn clean(run: &Path) {
+    let Ok(entries) = std::fs::read_dir(run) else {
+        return;
+    };
+    let names = entries.filter_map(|entry| Some(entry.ok()?.file_name()));
+    for name in names.filter(|name| name.as_encoded_bytes().starts_with(SESSIONS.as_bytes())) {
+        let folder = run.join(name);
+        if let Err(e) = std::fs::remove_dir_all(&folder) {
+            tracing::warn!("cannot remove {}: {e}", folder.display());
+        }
+    }
 }
 
 /// One relay a node. The one before may just be ending.
@@ -125,17 +156,6 @@ async fn lock(config: &Config) -> Result<files::Lock, RunError> {
 fn in_file(path: &Path) -> impl FnOnce(io::Error) -> RunError {
     let path = path.display().to_string();
     move |source| RunError::File { path, source }
-}
-
-/// An error and its causes in one line.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        text.push_str(&format!(": {error}"));
-        source = error.source();
-    }
-    text
 }
 
 /// Whoever started us may be gone already.

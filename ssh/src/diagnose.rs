@@ -1,5 +1,6 @@
 //! From what `ssh` said when it gave up to the error that it means. What is not known is shown as it is.
 
+use crate::answer::tame;
 use crate::error::SshError;
 use crate::log::Log;
 
@@ -15,10 +16,13 @@ const UNREACHABLE: [&str; 8] = [
     "ssh: connect to host",
 ];
 
-/// Why a connection did not come about.
-pub(crate) fn refusal(host: &str, log: &Log, seconds: u64) -> SshError {
+/// Why a connection did not come about. `said`: what came instead of the answer of our command.
+pub(crate) fn refusal(host: &str, log: &Log, seconds: u64, said: &[u8]) -> SshError {
     let host = host.to_owned();
     let key = log.host_key.clone();
+    if log.sent {
+        return instead(host, log, said);
+    }
     if log.has("Host key verification failed") || log.has("host key is known for") {
         let changed = log.has("HOST IDENTIFICATION HAS CHANGED")
             || log.has("has changed and you have requested");
@@ -61,6 +65,22 @@ pub(crate) fn refusal(host: &str, log: &Log, seconds: u64) -> SshError {
         host,
         what: "be reached".to_owned(),
         said,
+    }
+}
+
+/// Somebody was let in, and what was sent did not run: something else did, or the connection was lost meanwhile.
+pub(crate) fn instead(host: String, log: &Log, said: &[u8]) -> SshError {
+    if !log.ran && log.forced.is_none() {
+        let said = log.last().to_owned();
+        return SshError::Lost { host, said };
+    }
+    let said = tame(&String::from_utf8_lossy(said));
+    let words = [said, log.text()];
+    let words: Vec<_> = words.into_iter().filter(|said| !said.is_empty()).collect();
+    SshError::Forced {
+        host,
+        place: log.forced.clone(),
+        said: words.join("; "),
     }
 }
 
@@ -109,7 +129,7 @@ mod tests {
     fn of(text: &str) -> SshError {
         let mut log = Log::default();
         text.lines().for_each(|line| log.add(line));
-        refusal("robot", &log, 10)
+        refusal("robot", &log, 10, b"hi\n")
     }
 
     fn shown(text: &str) -> String {
@@ -147,6 +167,27 @@ mod tests {
              debug1: Offering public key: /home/me/.ssh/id_ed25519 ED25519 SHA256:abc explicit\n\
              pi@robot: Permission denied (publickey,password).\n"
         ));
+    }
+
+    #[test]
+    fn a_command_that_is_forced_is_told_with_what_it_said() {
+        insta::assert_snapshot!(shown(
+            "Authenticated to robot ([10.0.0.5]:22) using \"publickey\".\n\
+             debug1: Remote: /home/pi/.ssh/authorized_keys:1: key options: agent-forwarding command pty\n\
+             debug1: Sending command: exec /bin/sh\n\
+             debug1: client_input_channel_req: channel 0 rtype exit-status reply 0\n\
+             Transferred: sent 3480, received 3340 bytes, in 0.5 seconds\n"
+        ), @r"
+        robot let us in and ran something else than what it was sent, as /home/pi/.ssh/authorized_keys:1 forces it to: hi
+        help: the key has a forced command (`command=`), so that nothing else can be run: let in a key without one, or log in as another account
+        ");
+        let settings = "debug1: Remote: /x:1: key options: pty\ndebug1: Sending command: x\ndebug1: client_input_channel_req: channel 0 rtype exit-status reply 0";
+        assert!(
+            matches!(of(settings), SshError::Forced { place: None, .. }),
+            "it may be the server's settings or the account's shell"
+        );
+        let cut = "debug1: Sending command: x\nConnection to robot closed by remote host.";
+        assert!(matches!(of(cut), SshError::Lost { .. }), "it never ran");
     }
 
     #[test]

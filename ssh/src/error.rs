@@ -51,6 +51,16 @@ pub enum SshError {
         methods: Option<String>,
         said: String,
     },
+    #[error(
+        "{host} let us in and ran something else than what it was sent{}{}",
+        place.as_ref().map(|place| format!(", as {place} forces it to")).unwrap_or_default(),
+        if said.is_empty() { String::new() } else { format!(": {said}") }
+    )]
+    Forced {
+        host: String,
+        place: Option<String>,
+        said: String,
+    },
     #[error("{host} cannot be reached: {said}")]
     Unreachable { host: String, said: String },
     #[error("{host} did not answer within {seconds} s: {what}")]
@@ -117,6 +127,7 @@ impl SshError {
             SshError::UnknownHostKey { .. }
             | SshError::ChangedHostKey { .. }
             | SshError::Refused { .. }
+            | SshError::Forced { .. }
             | SshError::NotPermitted { .. } => Kind::Forbidden,
             SshError::Full { .. } | SshError::Damaged { .. } | SshError::Changed { .. } => {
                 Kind::Partly
@@ -143,6 +154,17 @@ impl SshError {
         )
     }
 
+    /// The connection was there, or just coming about, and was cut: it may well come about at once.
+    pub fn was_cut(&self) -> bool {
+        match self {
+            SshError::Lost { .. } => true,
+            SshError::Unreachable { said, .. } => ["closed by", "Connection reset"]
+                .iter()
+                .any(|words| said.contains(words)),
+            _ => false,
+        }
+    }
+
     /// How to mend it.
     pub fn help(&self) -> Option<String> {
         let text = match self {
@@ -161,6 +183,13 @@ impl SshError {
                 )
             }
             SshError::Refused { offered, methods, .. } => refused(offered, methods.as_deref()),
+            SshError::Forced { place, .. } => {
+                let what = match place {
+                    Some(_) => "the key has a forced command (`command=`)".to_owned(),
+                    None => "the server's settings force a command (`ForceCommand`), or the account's shell is none".to_owned(),
+                };
+                format!("{what}, so that nothing else can be run: let in a key without one, or log in as another account")
+            }
             SshError::Unreachable { .. } => {
                 "is the machine on, and does an SSH server listen there? try `ssh` by hand".to_owned()
             }

@@ -14,6 +14,8 @@ mod answer;
 pub mod bootstrap;
 #[cfg(feature = "session")]
 mod child;
+#[cfg(feature = "session")]
+mod copies;
 mod destination;
 #[cfg(feature = "session")]
 mod diagnose;
@@ -33,6 +35,8 @@ mod survey;
 
 #[cfg(feature = "session")]
 pub use child::Child;
+#[cfg(feature = "session")]
+pub use copies::lease_name;
 pub use destination::{Destination, HostKeys};
 pub use error::{Kind, SshError};
 pub use machine::machine_of;

@@ -8,6 +8,8 @@ use crate::answer::tame;
 const MAX_LINES: usize = 40;
 /// Offered keys that are kept.
 const MAX_OFFERED: usize = 20;
+/// Beginnings of what it says of every session.
+const USUAL: [&str; 3] = ["Authenticated to ", "Transferred: ", "Bytes per second: "];
 
 /// What was said so far.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -21,6 +23,12 @@ pub(crate) struct Log {
     pub methods: Option<String>,
     /// Whom `ssh` logged in as, where (`127.0.0.1:22 as 'pi'`).
     pub target: Option<String>,
+    /// Somebody was let in, and the command was sent.
+    pub sent: bool,
+    /// What was run instead of it, or it itself, has come to its end.
+    pub ran: bool,
+    /// The entry of the server's file of keys that forces a command (`/home/pi/.ssh/authorized_keys:1`).
+    pub forced: Option<String>,
 }
 
 impl Log {
@@ -28,7 +36,8 @@ impl Log {
     pub fn add(&mut self, line: &str) {
         let line = tame(line);
         let Some(debug) = line.strip_prefix("debug1: ") else {
-            if line.is_empty() || line.starts_with("debug") {
+            let usual = USUAL.iter().any(|usual| line.starts_with(usual));
+            if usual || line.is_empty() || line.starts_with("debug") {
                 return;
             }
             if self.lines.len() >= MAX_LINES {
@@ -44,6 +53,16 @@ impl Log {
             self.methods = Some(methods);
         } else if let Some(target) = told("Authenticating to ") {
             self.target = Some(target);
+        } else if debug.starts_with("Sending command: ") {
+            self.sent = true;
+        } else if debug.contains("rtype exit-status") {
+            self.ran = true;
+        } else if let Some((place, options)) = told("Remote: ")
+            .as_deref()
+            .and_then(|told| told.split_once(": key options: "))
+        {
+            let forces = options.split(' ').any(|option| option == "command");
+            self.forced = forces.then(|| place.to_owned());
         } else if let Some(key) = told("Offering public key: ")
             && self.offered.len() < MAX_OFFERED
         {

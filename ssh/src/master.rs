@@ -13,7 +13,7 @@ use tokio::sync::{oneshot, watch};
 
 use crate::answer::after_mark;
 use crate::destination::{Destination, plain};
-use crate::diagnose::refusal;
+use crate::diagnose::{instead, refusal};
 use crate::error::SshError;
 use crate::log::Log;
 use crate::remote::{command_line, mark};
@@ -59,22 +59,21 @@ impl Master {
             (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let read = tokio::spawn(read_log(stderr, Arc::clone(&log)));
         let ready = async {
-            let Some(mut stdout) = stdout else {
-                return false;
-            };
-            let found = wait_for_mark(&mut stdout, &mark).await;
+            let mut stdout = stdout.ok_or_else(Vec::new)?;
+            wait_for_mark(&mut stdout, &mark).await?;
             // Nothing more comes, but if it did it must not stop the process.
             tokio::spawn(async move { tokio::io::copy(&mut stdout, &mut tokio::io::sink()).await });
-            found
+            Ok::<(), Vec<u8>>(())
         };
         let up = tokio::time::timeout(OPEN, ready).await;
-        if up != Ok(true) {
+        if !matches!(up, Ok(Ok(()))) {
             let _ = child.start_kill();
             let _ = tokio::time::timeout(GRACE, child.wait()).await;
             let _ = tokio::time::timeout(GRACE, read).await;
             let log = log.lock().unwrap_or_else(PoisonError::into_inner).clone();
             return Err(match up {
-                Ok(_) => refusal(&host, &log, CONNECT),
+                Ok(said) => refusal(&host, &log, CONNECT, &said.err().unwrap_or_default()),
+                Err(_) if log.forced.is_some() => instead(host, &log, b""),
                 Err(_) => SshError::TimedOut {
                     host,
                     what: format!("no command runs there {}", log.text())
@@ -189,13 +188,14 @@ fn command(destination: &Destination, socket: &Path, mark: &str) -> Command {
     command
 }
 
-async fn wait_for_mark(stdout: &mut (impl AsyncRead + Unpin), mark: &str) -> bool {
+/// Reads up to the mark; the error is what came instead of it.
+async fn wait_for_mark(stdout: &mut (impl AsyncRead + Unpin), mark: &str) -> Result<(), Vec<u8>> {
     let mut said = Vec::new();
     let mut stdout = stdout.take(MAX_PRELUDE);
     loop {
         match stdout.read_buf(&mut said).await {
-            Ok(0) | Err(_) => return false,
-            Ok(_) if after_mark(&said, mark).is_some() => return true,
+            Ok(0) | Err(_) => return Err(said),
+            Ok(_) if after_mark(&said, mark).is_some() => return Ok(()),
             Ok(_) => {}
         }
     }

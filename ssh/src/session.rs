@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::answer::tame;
 use crate::child::Child;
+use crate::copies;
 use crate::destination::Destination;
 use crate::error::SshError;
 use crate::master::Master;
@@ -47,6 +48,12 @@ impl Session {
     /// Copies files below the folder `root` there, each to `<SHA-256>/<name>`; those that are there already are not sent.
     pub async fn store(&self, files: &[LocalFile], root: &str) -> Result<Stored, SshError> {
         store::store(self, files, root).await
+    }
+
+    /// Renews the lease of this name of the home there, which keeps the programs with these digests, and removes copies that nobody
+    /// needs. Without digests the lease ends. How many digests were removed.
+    pub async fn collect(&self, home: &str, lease: &str, keep: &[&str]) -> Result<usize, SshError> {
+        copies::collect(self, home, lease, keep).await
     }
 
     /// What [`Session::store`] would do: of the files that are not there, `sent` is said. Nothing is touched.

@@ -113,7 +113,7 @@ pub fn digest_of(path: &Path) -> io::Result<(String, u64)> {
     }
 }
 
-fn hex(hash: Sha256) -> String {
+pub(crate) fn hex(hash: Sha256) -> String {
     use std::fmt::Write;
     hash.finalize()
         .iter()

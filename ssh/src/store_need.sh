@@ -6,7 +6,7 @@ if [ -w "$1" ] && [ -x "$1" ]; then :; else echo "error $1: Permission denied"; 
 fi;
 while read -r d s n; do
 f="$1/$d/$n";
-if [ -f "$f" ] && [ "$(wc -c <"$f")" -eq "$s" ]; then echo have; else echo need; fi;
+if [ -f "$f" ] && [ "$(wc -c <"$f")" -eq "$s" ]; then touch -c "$1/$d" 2>/dev/null; echo have; else echo need; fi;
 done;
 d="$1"; until [ -d "$d" ]; do d=${d%/*}; if [ -z "$d" ]; then d=/; fi; done;
 set -- $(df -Pk "$d" 2>/dev/null | tail -n 1);

@@ -367,6 +367,30 @@ fn a_file_that_is_broken_there_is_sent_again_and_two_at_once_do_no_harm() {
 }
 
 #[test]
+fn a_key_that_forces_a_command_is_told_with_its_place() {
+    let Some(robot) = Robot::new() else { return };
+    let keys = robot.server.folder().join("authorized_keys");
+    let key = std::fs::read_to_string(&keys).unwrap();
+    std::fs::write(&keys, format!("command=\"echo only this\" {key}")).unwrap();
+    run(async {
+        let error = robot.open().await.unwrap_err();
+        let SshError::Forced {
+            place: Some(place),
+            said,
+            ..
+        } = &error
+        else {
+            panic!("{error}")
+        };
+        assert!(place.ends_with("authorized_keys:1"), "{place}");
+        assert_eq!(
+            (said.as_str(), error.kind()),
+            ("only this", Kind::Forbidden)
+        );
+    });
+}
+
+#[test]
 fn no_permission_and_a_full_disk_are_told_before_anything_counts() {
     if !rustix::process::geteuid().is_root() {
         eprintln!("SKIPPED: needs root (mount, another account)");

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use rts_host::cgroup::{Cgroups, Choice};
 use rts_test_sshd::{HOST, Server, Setup, for_test};
-use rts_tests::{alive, kill, processes_of, program, root};
+use rts_tests::{Stack, alive, kill, processes_of, program, root};
 use serde_json::Value;
 
 /// Longest wait for anything.
@@ -224,12 +224,6 @@ fn a_process_is_installed_after_a_cut_upgraded_while_a_manager_runs_and_removed(
         "{again:#}"
     );
 
-    // A controller of its home stands in for whoever comes over SSH.
-    std::os::unix::fs::symlink(
-        "../controller.sock",
-        robot.home.join("run/arm/controller.sock"),
-    )
-    .unwrap();
     let modules = [
         "libsine_source.so",
         "liblow_pass_filter.so",
@@ -242,12 +236,18 @@ fn a_process_is_installed_after_a_cut_upgraded_while_a_manager_runs_and_removed(
         .for_each(|module| words.extend(["--module", module]));
     let modular = robot.bootstrap(&old, &words);
     assert_eq!(modular["changed"].as_bool(), Some(true));
-    expect(0, &mut robot.command(&["up", "--node", "arm"]));
-    expect(
-        0,
-        &mut robot.command(&["apply", "manifests/hello/system.xml"]),
-    );
+    // A home joins the agent that lives there, by its name.
+    let (resident, _) = robot.agent().unwrap();
+    let stack = Stack::new();
+    let (config, programs) = (robot.server.config(), old.display().to_string());
+    let config = config.display().to_string();
+    let mut words = vec!["node", "add", "--ssh", HOST, "--name", "arm"];
+    words.extend(["--ssh-config", &config, "--programs", &programs]);
+    let joined = stack.expect(0, &words);
+    assert!(!joined.err.contains("healed"), "{joined:#?}");
+    stack.expect(0, &["apply", "manifests/hello/system.xml"]);
     let managers = robot.managers();
+    assert_eq!(robot.agent().unwrap().0, resident, "it kept its node");
     assert!(!managers.is_empty());
 
     let upgraded = robot.bootstrap(&new, &[]);
@@ -256,12 +256,10 @@ fn a_process_is_installed_after_a_cut_upgraded_while_a_manager_runs_and_removed(
     assert!(second != agent && other != program, "{upgraded:#}");
     assert!(!program.exists(), "the old program is removed");
     assert_eq!(robot.managers(), managers);
-    expect(0, &mut robot.command(&["up"]));
-    let diff = expect(
-        0,
-        &mut robot.command(&["diff", "manifests/hello/system.xml"]),
-    );
-    assert_eq!(robot.managers(), managers, "{}", text(&diff));
+    let greeted = |nodes: &[Value]| nodes.iter().all(|node| node["status"]["state"] == "Ready");
+    stack.until("nodes", "the new agent has greeted", greeted);
+    let diff = stack.expect(0, &["diff", "manifests/hello/system.xml"]);
+    assert_eq!(robot.managers(), managers, "{diff:#?}");
 
     // What dies is started again by the same verb.
     kill(second);
@@ -274,17 +272,15 @@ fn a_process_is_installed_after_a_cut_upgraded_while_a_manager_runs_and_removed(
         refused.contains("still run on") && refused.contains("--yes"),
         "{refused}"
     );
-    let controllers = processes_of(&robot.home);
-    let is_controller = |pid: &u32| {
-        std::fs::read_to_string(format!("/proc/{pid}/comm"))
-            .is_ok_and(|c| c.trim() == "rts-controller")
-    };
-    controllers
-        .into_iter()
-        .filter(is_controller)
-        .for_each(rts_tests::kill_9);
-    expect(0, &mut robot.node("unbootstrap", &["--yes"]));
-    assert_eq!(processes_of(&robot.home), [0; 0]);
+    // By the home that has joined it: what it knew of the node was of before.
+    let mut words = vec!["node", "unbootstrap", HOST, "--name", "arm", "--yes"];
+    words.extend(["--ssh-config", &config]);
+    let said = stack.expect(0, &words);
+    assert!(said.err.contains("rtsctl node remove arm"), "{said:#?}");
+    until("its own process there has ended", || {
+        processes_of(&robot.home).is_empty()
+    });
+    stack.expect(0, &["node", "remove", "arm", "--force"]);
     assert_eq!(
         Cgroups::of(&robot.home, Choice::Auto).folders(),
         Vec::<PathBuf>::new()

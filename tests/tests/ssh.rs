@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rts_test_sshd::{HOST, Server, Setup, for_test};
-use rts_tests::{Stack, alive, kill_9, processes_of};
+use rts_tests::{Said, Stack, alive, kill_9, processes_of};
 use serde_json::Value;
 
 const HELLO: &str = "manifests/hello/system.xml";
@@ -22,7 +22,7 @@ const PROFILES: [(&str, usize); 3] = [
 /// Longest wait for what takes a moment.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A stack with one node over there.
+/// A stack, and a machine that is reached by SSH.
 struct Lab {
     stack: Stack,
     server: Server,
@@ -30,28 +30,46 @@ struct Lab {
 }
 
 impl Lab {
-    /// None where there is no SSH server.
+    /// With one node over there, which has the programs already. None where there is no SSH server.
     fn new(arguments: &[&str]) -> Option<Self> {
+        let lab = Self::bare(None)?;
+        link_programs(&lab.home().join("programs"));
+        lab.add(0, arguments);
+        Some(lab)
+    }
+
+    /// Without a node; `namespace` is what the server's mounts are made by.
+    fn bare(namespace: Option<&dyn Fn(&Path) -> String>) -> Option<Self> {
         let far = tempfile::Builder::new().prefix("rtsf").tempdir_in("/tmp");
         let far = far.expect("a folder in /tmp");
         let home = far.path().display().to_string();
-        let setup = Setup::home(far.path()).with("XDG_STATE_HOME", &home);
+        let setup = Setup {
+            namespace: namespace.map(|namespace| namespace(far.path())),
+            ..Setup::home(far.path()).with("XDG_STATE_HOME", &home)
+        };
         let server = for_test(setup)?;
         let stack = Stack::new();
-        let config = server.config().display().to_string();
-        let mut words = vec![
-            "node",
-            "add",
-            "--ssh",
-            HOST,
-            "--name",
-            "arm",
-            "--ssh-config",
-            &config,
-        ];
-        words.extend(arguments);
-        stack.expect(0, &words);
         Some(Self { stack, server, far })
+    }
+
+    /// Adds the machine as the node `arm`.
+    #[track_caller]
+    fn add(&self, code: i32, arguments: &[&str]) -> Said {
+        let words = ["node", "add", "--ssh", HOST, "--name", "arm"];
+        let config = self.server.config().display().to_string();
+        let words = [&words[..], &["--ssh-config", &config], arguments].concat();
+        self.stack.expect(code, &words)
+    }
+
+    /// Runs a command over there, past `rtsctl`.
+    #[track_caller]
+    fn run(&self, command: &str) {
+        let mut ssh = Command::new("ssh");
+        ssh.arg("-F")
+            .arg(self.server.config())
+            .args([HOST, command]);
+        let status = ssh.stdin(Stdio::null()).status();
+        assert!(status.is_ok_and(|status| status.success()), "{command}");
     }
 
     /// The home over there.
@@ -116,6 +134,17 @@ impl Drop for Lab {
     }
 }
 
+/// Puts the programs into their places as a copy would, which takes seconds for what is built for debugging.
+fn link_programs(folder: &Path) {
+    for name in ["rts-agent", "rts-manager"] {
+        let program = rts_tests::program(name);
+        let (digest, _) = rts_ssh::digest_of(&program).expect("it is read");
+        let place = folder.join(digest);
+        std::fs::create_dir_all(&place).expect("the folder is made");
+        std::os::unix::fs::symlink(&program, place.join(name)).expect("the link is made");
+    }
+}
+
 fn until(what: &str, done: impl Fn() -> bool) {
     let end = Instant::now() + PATIENCE;
     while !done() {
@@ -126,9 +155,10 @@ fn until(what: &str, done: impl Fn() -> bool) {
 
 #[test]
 fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
-    let Some(lab) = Lab::new(&["--alias", "robot1", "--keep", "1"]) else {
+    let Some(lab) = Lab::bare(None) else {
         return;
     };
+    lab.add(0, &["--alias", "robot1", "--keep", "1"]);
     let stack = &lab.stack;
     let said = stack.expect(0, &["apply", HELLO]);
     assert!(
@@ -168,6 +198,10 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     kill_9(lab.relay());
     assert_eq!(lab.components(), before);
     assert_eq!(lab.copied(), copied, "{}", lab.log());
+    let run = std::fs::read_dir(stack.home().join("run/arm")).expect("a folder");
+    let names = run.map(|entry| entry.expect("an entry").file_name());
+    let of_sessions = names.filter(|name| name.to_string_lossy().starts_with("ssh."));
+    assert!(of_sessions.count() <= 1, "what the killed one left is gone");
 
     let refused = stack.expect(2, &["down"]);
     assert!(refused.err.contains("on node arm"), "{refused:#?}");
@@ -187,7 +221,14 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     let other = ["node", "add", "--ssh", "somebody@robot", "--name", "arm"];
     let said = stack.expect(2, &[&other[..], &["--ssh-config", &config]].concat());
     assert!(said.err.contains("rtsctl node remove arm"), "{said:#?}");
+    let check = ["check", HELLO, "-f", "manifests/hello/nodes.yaml"];
+    let said = stack.expect(1, &check);
+    assert!(said.out.contains("error[no-transport]"), "{said:#?}");
     let said = stack.expect(0, &["node", "remove", "arm"]);
+    for kind in ["programs", "modules"] {
+        let left = std::fs::read_dir(lab.home().join(kind)).expect("a folder");
+        assert_eq!(left.count(), 0, "{kind} that nobody needs: {said:#?}");
+    }
     let nodes = stack.get("nodes");
     assert!(
         nodes.iter().all(|node| node["metadata"]["name"] != "arm"),
@@ -241,7 +282,7 @@ fn an_apply_goes_on_when_its_session_is_killed() {
     let said = apply.wait_with_output().expect("it ends");
     let err = String::from_utf8_lossy(&said.stderr);
     assert!(err.contains("was lost"), "{err}");
-    lab.stack.expect(0, &words);
+    assert_eq!(said.status.code(), Some(0), "it goes on by itself: {err}");
     let components = lab.components();
     assert_eq!(components.len(), 3);
     let managers: std::collections::BTreeSet<u64> =
@@ -261,44 +302,63 @@ fn a_node_that_lets_nobody_in_is_told_with_its_exit_code() {
     };
     let stack = Stack::new();
     let config = server.config().display().to_string();
-    let said = stack.expect(
-        8,
-        &[
-            "node",
-            "add",
-            "--ssh",
-            HOST,
-            "--name",
-            "arm",
-            "--ssh-config",
-            &config,
-        ],
-    );
+    let add = ["node", "add", "--ssh", HOST, "--ssh-config", &config];
+    let arm = [&add[..], &["--name", "arm"]].concat();
+    let said = stack.expect(8, &arm);
     assert!(
         said.err.contains("let nobody in") && said.err.contains("help:"),
         "{said:#?}"
     );
     server.know_nothing().expect("the file is written");
-    let said = stack.expect(
-        8,
-        &[
-            "node",
-            "add",
-            "--ssh",
-            HOST,
-            "--name",
-            "arm",
-            "--ssh-config",
-            &config,
-        ],
-    );
+    let said = stack.expect(8, &arm);
     assert!(said.err.contains("--accept-new"), "{said:#?}");
     let said = stack.expect(0, &["get", "nodes"]);
     assert!(!said.err.contains("arm"), "it was not added: {said:#?}");
     assert_eq!(stack.get("nodes").len(), 0);
     // The name of a node of this machine.
     stack.expect(0, &["up"]);
-    let words = ["node", "add", "--ssh", HOST, "--ssh-config", &config];
-    let said = stack.expect(2, &[&words[..], &["--name", "local"]].concat());
+    let said = stack.expect(2, &[&add[..], &["--name", "local"]].concat());
     assert!(said.err.contains("agent of this machine"), "{said:#?}");
+}
+
+#[test]
+fn a_disk_that_is_full_over_there_is_told_and_holds_up_no_teardown() {
+    if !rustix::process::geteuid().is_root() {
+        eprintln!("SKIPPED: needs root (mount)");
+        return;
+    }
+    // Programs and modules lie beside the small disk once they are linked.
+    let mounts = |far: &Path| {
+        let far = far.display();
+        format!("mkdir {far}/copies {far}/rtsctl; mount -t tmpfs -o size=1m tmpfs {far}/rtsctl")
+    };
+    let Some(lab) = Lab::bare(Some(&mounts)) else {
+        return;
+    };
+    let (home, copies) = (lab.home(), lab.far.path().join("copies"));
+    let home = home.display();
+    let said = lab.add(5, &[]);
+    assert!(said.err.contains("the disk of robot is full"), "{said:#?}");
+    lab.run(&format!("mount -o remount,ro {home}"));
+    let said = lab.add(8, &[]);
+    assert!(said.err.contains("has no permission for"), "{said:#?}");
+    assert!(lab.stack.get("nodes").is_empty(), "it was not added");
+
+    let (programs, modules) = (copies.join("programs"), copies.join("modules"));
+    link_programs(&programs);
+    std::fs::create_dir(&modules).expect("the folder is made");
+    let mut script = format!("set -e; mount -o remount,rw {home}; rm -rf {home}/*");
+    for (kind, folder) in [("programs", programs), ("modules", modules)] {
+        let folder = folder.display();
+        script += &format!("; mkdir {home}/{kind}; mount --bind {folder} {home}/{kind}");
+    }
+    lab.run(&script);
+    lab.add(0, &[]);
+    lab.stack.expect(0, &["apply", HELLO]);
+    lab.run(&format!("cat /dev/zero >{home}/filler 2>/dev/null; true"));
+    // An agent starts there for a command, and takes things down.
+    kill_9(lab.relay());
+    let said = lab.stack.expect(0, &["teardown", "hello", "--yes"]);
+    assert!(said.out.contains("is gone"), "{said:#?}");
+    lab.assert_gone();
 }

@@ -13,7 +13,6 @@ use rts_manager_api::control::Hello;
 use rts_manager_api::files::CONTROL_SOCKET;
 use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 use rustix::fs::{FileType, Mode, OFlags};
-use rustix::process::{Resource, getrlimit, setrlimit};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::args::Settings;
@@ -81,7 +80,12 @@ pub struct Waiting {
 impl Waiting {
     /// Does all that needs no name.
     pub fn prepare() -> Result<Self, ServeError> {
-        raise_file_limit();
+        // Each connection is a file descriptor.
+        if let Err(error) = rts_host::limits::try_raise_open_files() {
+            log::warn(format_args!(
+                "the limit of open files stays as it is: {error}"
+            ));
+        }
         Ok(Self {
             signals: Signals::listen().map_err(process("listen to signals"))?,
             threads: Threads::start(),
@@ -211,17 +215,6 @@ fn admit(stream: UnixStream, shared: &Arc<Shared>) {
     };
     if let Err(Full) = shared.manager.connections.run(may_grow, job) {
         log::warn(format_args!("a connection was closed: too many are open"));
-    }
-}
-
-/// Each connection is a file descriptor, and the soft limit is often 1024. A manager without more still works.
-fn raise_file_limit() {
-    let mut limit = getrlimit(Resource::Nofile);
-    limit.current = limit.maximum;
-    if let Err(error) = setrlimit(Resource::Nofile, limit) {
-        log::warn(format_args!(
-            "the limit of open files stays as it is: {error}"
-        ));
     }
 }
 

@@ -1,8 +1,8 @@
 //! The files of the ledger: two, written over in turn, so that one flush makes a spec durable. One that was torn by a loss
-//! of power leaves the other, which holds what was accepted before it.
+//! of power leaves the other, which holds what was accepted before it, or the same.
 //!
 //! Each is JSON that people can read, filled up with blanks to a length that seldom changes: then a flush has nothing but
-//! its bytes to write. `sequence` tells which is the newer, `checksum` whether it is whole.
+//! its bytes to write. Both have the same length: the next spec finds room although the disk is full. `sequence` tells which is the newer, `checksum` whether it is whole.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -156,20 +156,49 @@ impl Files {
         if state.number >= number {
             return Ok(());
         }
-        let done = self.write(&mut state, number, sealed).await;
-        let mut saved = lock(&self.saved);
-        saved.failed = done.is_err();
-        if done.is_ok() {
-            state.number = number;
-            state.next = 1 - state.next;
-            saved.fence = Some(ledger_fence(sealed.envelope()));
+        let done = self.write(&mut state, number, sealed, 0).await;
+        {
+            let mut saved = lock(&self.saved);
+            saved.failed = done.is_err();
+            if done.is_ok() {
+                saved.fence = Some(ledger_fence(sealed.envelope()));
+            }
         }
-        done
+        done?;
+        state.number = number;
+        state.next = 1 - state.next;
+        self.make_room(&mut state, number, sealed).await;
+        Ok(())
     }
 
-    async fn write(&self, state: &mut State, number: u64, sealed: &Sealed) -> io::Result<()> {
+    /// The other file becomes as long as the one that was written: what takes things down is written there, and must need no
+    /// new space when the disk is full by then. It holds the same spec until then.
+    async fn make_room(&self, state: &mut State, number: u64, sealed: &Sealed) {
+        let (next, written) = (state.next, state.lengths[1 - state.next]);
+        if state.lengths[next] >= written {
+            return;
+        }
+        let made = self
+            .write(state, number, sealed, written.unwrap_or(0))
+            .await;
+        if let Err(e) = made {
+            tracing::warn!(
+                "cannot make {} long enough for the next spec: {e}",
+                self.paths[next].display()
+            );
+        }
+    }
+
+    /// Writes at least so many bytes.
+    async fn write(
+        &self,
+        state: &mut State,
+        number: u64,
+        sealed: &Sealed,
+        least: usize,
+    ) -> io::Result<()> {
         let (path, length) = (&self.paths[state.next], state.lengths[state.next]);
-        let text = text(number, sealed, length.unwrap_or(0))?;
+        let text = text(number, sealed, length.unwrap_or(0).max(least))?;
         let written = text.len();
         match length {
             // What was cut off behind it must not be left there: it is never shorter than before.

@@ -258,10 +258,11 @@ async fn two_files_take_turns_and_what_is_torn_gives_way_to_the_one_before() {
         ledger = load().await.unwrap();
         assert_eq!(ledger.held(), Some(&spec));
     }
-    let texts = FILES.map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    let mut texts = FILES.map(|name| std::fs::read(folder.path().join(name)).unwrap());
     let generation = |text: &[u8]| file::parse(text).unwrap().1.envelope().generation;
-    assert_eq!(texts.each_ref().map(|t| generation(t)), [5, 4]);
-    let (old, new) = (&texts[1], &texts[0]);
+    texts.sort_by_key(|text| generation(text));
+    assert_eq!(texts.each_ref().map(|t| generation(t)), [4, 5]);
+    let [old, new] = &texts;
     // Whatever part of the newer one did not come to the disk, what is read is one of the two, whole.
     for cut in (0..new.len()).step_by(997) {
         let torn = [&new[..cut], &old[cut..]].concat();
@@ -269,6 +270,28 @@ async fn two_files_take_turns_and_what_is_torn_gives_way_to_the_one_before() {
         assert!(matches!(found, Some(4 | 5)), "{cut}: {found:?}");
     }
     assert_eq!(newest(&[&new[..9], b""]), None);
+}
+
+#[tokio::test]
+async fn what_takes_a_system_down_is_written_where_there_is_room_already() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut ledger = Ledger::load("local", folder.path(), Arc::new(FileDisk))
+        .await
+        .unwrap();
+    let lengths = || {
+        FILES.map(|name| std::fs::metadata(folder.path().join(name)).map_or(0, |file| file.len()))
+    };
+    let many: Vec<String> = (0..200).map(|n| format!("system{n}")).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    let less = &many[1..];
+    for (generation, systems) in [(1, &many[..1]), (2, &many[..]), (3, less), (4, &[])] {
+        put(&mut ledger, envelope("a", 1, generation, systems).into())
+            .await
+            .unwrap();
+        let now = lengths();
+        assert_eq!(now[0], now[1], "{generation}");
+        assert!(now[0] > 0 && (generation < 2 || now[0] > 16 * 1024));
+    }
 }
 
 #[tokio::test]
@@ -300,6 +323,9 @@ async fn a_spec_counts_before_it_is_durable_unless_it_says_whom_the_node_obeys()
     let first = offer(1, 1);
     assert_eq!(begins.recv().await, Some(()));
     assert!(!first.is_finished());
+    go.send(()).unwrap();
+    // The other file is made as long.
+    assert_eq!(begins.recv().await, Some(()));
     go.send(()).unwrap();
     let first = first.await.unwrap().unwrap();
     assert!(first.await.unwrap().changed);
@@ -342,8 +368,11 @@ async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it()
         tokio::task::yield_now().await;
     }
     assert!(begins.try_recv().is_err(), "the second waits");
-    go.send(()).unwrap();
-    assert_eq!(begins.recv().await, Some(()));
+    // The first spec in both files, and then the second.
+    for _ in 0..2 {
+        go.send(()).unwrap();
+        assert_eq!(begins.recv().await, Some(()));
+    }
     go.send(()).unwrap();
     assert!(second.await.unwrap().unwrap().changed);
     assert_eq!(agent.ledger.lock().await.fence().unwrap().generation, 2);
@@ -353,7 +382,7 @@ async fn a_write_goes_on_when_its_request_is_dropped_and_the_next_waits_for_it()
         .iter()
         .map(|t| read(t).envelope().generation)
         .collect();
-    assert_eq!(generations, [1, 2]);
+    assert_eq!(generations, [1, 1, 2]);
 }
 
 /// A spec as the version before wrote it: its policies have no `onHang`, and the empty orders of its system are missing.

@@ -95,10 +95,13 @@ impl Host {
     pub fn describe_self(&self) -> Result<(), StartError> {
         let path = self.folders.description();
         let own = Identity::own(env!("CARGO_PKG_VERSION"));
+        let reserve = self.folders.reserve();
         serde_json::to_vec(&own)
             .map_err(io::Error::from)
-            .and_then(|text| files::replace(&path, &text))
-            .map_err(|source| StartError::File { path, source })
+            .and_then(|text| reserve.write(|| files::replace(&path, &text)))
+            .map_err(|source| StartError::File { path, source })?;
+        reserve.keep();
+        Ok(())
     }
 
     /// Removes the description of this process. One that another agent has written stays.

@@ -37,7 +37,7 @@ impl Seat {
     pub async fn take(mut config: Config, folders: &Folders) -> Result<Self, StartError> {
         let description = folders.run.join("stdio.json");
         end_former(&description).await;
-        describe(&description)?;
+        describe(&description, folders)?;
         let pull = Pull::new(&folders.home);
         let controller = folders.controller_socket();
         config.controller_socket = Some(controller.clone());
@@ -109,11 +109,11 @@ async fn end_former(description: &Path) {
     }
 }
 
-fn describe(path: &Path) -> Result<(), StartError> {
+fn describe(path: &Path, folders: &Folders) -> Result<(), StartError> {
     let own = Identity::own(env!("CARGO_PKG_VERSION"));
     serde_json::to_vec(&own)
         .map_err(io::Error::from)
-        .and_then(|text| files::replace(path, &text))
+        .and_then(|text| folders.reserve().write(|| files::replace(path, &text)))
         .map_err(|source| StartError::File {
             path: path.to_owned(),
             source,

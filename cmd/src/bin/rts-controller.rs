@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand};
 use rts_controller::restore::{check, restore};
 use rts_controller::simulator::ProgramSimulator;
-use rtsctl::error::chain;
+use rts_host::error::chain;
 
 /// Keeps systems of RT-Components as they were applied
 #[derive(Debug, Parser)]

@@ -22,6 +22,7 @@ use crate::exit::Exit;
 use crate::follow::{Verdict, judge};
 use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
+use crate::local::relays::{self, despite_loss, while_reached};
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat};
 use crate::show::{progress, timings};
@@ -95,9 +96,12 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
     };
     laps.lap("connect");
     let start = Instant::now();
+    let deadline = start + args.timeout;
     let plan = match saved {
         Some(saved) => Some(saved.result()),
-        None if args.expect.is_any() => Some(planned(&input, &controller).await?),
+        None if args.expect.is_any() => {
+            Some(while_reached(planned(&input, &controller, deadline)).await?)
+        }
         // The answer to the apply tells it.
         None => None,
     };
@@ -106,7 +110,7 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
         expected(&args.expect, &input, plan, session)?;
     }
     let input = args.expect.added(input);
-    let result = put(&input, &controller).await?;
+    let result = while_reached(put(&input, &controller, deadline)).await?;
     accepted(
         &input,
         plan.as_ref().map_or(&result.plan, |plan| &plan.plan),
@@ -172,6 +176,7 @@ async fn follow(
         session.out,
         |_| (),
     );
+    let wait = while_reached(wait);
     let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
     match verdict {
         // What was stored a moment ago was only not looked at yet.
@@ -183,6 +188,9 @@ async fn follow(
         }
         Verdict::Unclear | Verdict::Going => {
             list_unfinished(&system, session);
+            if let Some(lost) = relays::lost() {
+                return Err(lost.into());
+            }
             Err(CliError::Deadline {
                 system: name,
                 goal: "converged",
@@ -207,9 +215,14 @@ async fn dry_run(input: &Input, args: &Args, session: &Session) -> Result<Exit, 
 }
 
 /// What would be done now, whatever is expected.
-async fn planned(input: &Input, controller: &Controller) -> Result<PlanResult, CliError> {
+async fn planned(
+    input: &Input,
+    controller: &Controller,
+    deadline: Instant,
+) -> Result<PlanResult, CliError> {
     let what = format!("apply system/{}", input.request.spec.name);
-    let result = controller.plan(&input.planned()).await;
+    let planned = input.planned();
+    let result = despite_loss(deadline, || controller.plan(&planned)).await;
     result.map_err(input.failed(what))
 }
 

@@ -3,15 +3,19 @@
 mod cycles;
 mod explain;
 mod files;
+mod reached;
 
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use rts_host::error::chain;
 use rts_schemas::diagnostic::{Finding, Report, Severity};
 
 use self::files::Files;
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::local::home::Home;
+use crate::local::nodes::Nodes;
 use crate::local::plural;
 use crate::output::Output;
 use crate::show::findings;
@@ -71,8 +75,8 @@ pub enum Format {
     Sarif,
 }
 
-/// Checks. Needs no home.
-pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
+/// Checks. Needs no home; where there is one, its nodes are known.
+pub fn run(args: &Args, home: Option<&Home>, out: &Output) -> Result<Exit, CliError> {
     if let Some(code) = &args.explain {
         out.result(&explain::explain(code.as_deref())?)?;
         return Ok(Exit::Ok);
@@ -87,9 +91,22 @@ pub fn run(args: &Args, out: &Output) -> Result<Exit, CliError> {
         rtc: &args.rtc,
         name: args.name.as_deref(),
         nodes: args.nodes.iter().map(String::as_str).collect(),
+        home: home.and_then(|home| known(home, out)),
     };
     let (report, unreadable) = files.check(out)?;
     tell(report, unreadable, args.output, args.deny, out)
+}
+
+/// The nodes of a home; what cannot be read is no fault of the files that are checked.
+fn known(home: &Home, out: &Output) -> Option<Nodes> {
+    let nodes = Nodes::of(home);
+    if let Err(e) = &nodes {
+        out.warn(&format!(
+            "the nodes of this home are not known: {}",
+            chain(e)
+        ));
+    }
+    nodes.ok()
 }
 
 /// Prints what was found, and says how the check ends.

@@ -45,6 +45,7 @@ use signal_hook::flag;
 
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::local::relays;
 use crate::session::Session;
 
 /// A time as people write it (`60s`, `2m30s`), more than nothing.
@@ -99,8 +100,16 @@ pub async fn while_read<T>(
 
 /// What is said when the waiting for a system ends before the controller does.
 pub fn goes_on(system: &str) -> String {
+    let nodes = relays::on_demand();
+    let until = match nodes.as_slice() {
+        [] => String::new(),
+        nodes => format!(
+            " (on {}, reached by SSH, only as long as the session is kept)",
+            nodes.join(", ")
+        ),
+    };
     format!(
-        "only the waiting ends, the controller goes on with system/{system}: see `rtsctl describe system/{system}` or \
+        "only the waiting ends, the controller goes on with system/{system}{until}: see `rtsctl describe system/{system}` or \
          `rtsctl get systems -w`; `rtsctl teardown {system}` stops it"
     )
 }

@@ -14,6 +14,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::Follower;
 use crate::local::plural;
+use crate::local::relays::{self, Patience, while_reached};
 use crate::session::Session;
 use crate::show::progress::Progress;
 
@@ -52,7 +53,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
     let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
-    let wait = wait(deleted, start + args.timeout, &controller, session);
+    let wait = while_reached(wait(deleted, start + args.timeout, &controller, session));
     match or_interrupted(wait, session, &goes_on(name)).await? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
@@ -72,6 +73,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         }
         Some(system) => {
             list_unfinished(&system, session);
+            if let Some(lost) = relays::lost() {
+                return Err(lost.into());
+            }
             Err(CliError::Deadline {
                 system: name.clone(),
                 goal: "gone",
@@ -146,15 +150,18 @@ pub async fn wait(
     let mut follower = Follower::new(controller, &from);
     let mut last = from;
     let mut since = None;
+    let mut patience = Patience::default();
     let end = follower.until(deadline, |state| match state {
         None => ControlFlow::Break(true),
         Some(system) => {
             progress.system(&system);
-            if system.status.tombstones.is_empty() {
+            let silent = !system.status.tombstones.is_empty();
+            // A session that was lost is made anew, and then it goes on.
+            if patience.with(silent) || !silent {
                 since = None;
             }
-            let reached = !system.status.tombstones.is_empty()
-                && since.get_or_insert_with(Instant::now).elapsed() >= OUT_OF_REACH;
+            let reached =
+                silent && since.get_or_insert_with(Instant::now).elapsed() >= OUT_OF_REACH;
             last = system;
             if reached {
                 ControlFlow::Break(false)

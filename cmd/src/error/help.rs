@@ -75,6 +75,41 @@ impl CliError {
         }
     }
 
+    /// How to mend it where these nodes are reached by SSH: nobody goes on there between commands. None when that changes nothing.
+    pub fn help_on_demand(&self, nodes: &[String]) -> Option<String> {
+        let (again, see) = match self {
+            CliError::Partly {
+                system,
+                target,
+                rest: Rest::Tried,
+                ..
+            } => {
+                let see = target.clone();
+                (
+                    "apply again",
+                    see.unwrap_or_else(|| format!("system/{system}")),
+                )
+            }
+            CliError::Deadline { system, goal, .. } => {
+                let again = match *goal {
+                    "gone" => "run the same again",
+                    _ => "apply again",
+                };
+                (again, format!("system/{system}"))
+            }
+            _ => return None,
+        };
+        let (them, is) = match nodes {
+            [] => return None,
+            [node] => (format!("node {node}"), "is"),
+            nodes => (format!("nodes {}", nodes.join(", ")), "are"),
+        };
+        Some(format!(
+            "{them} {is} reached by SSH: the controller goes on there only while a command needs it and as long as the session is \
+             kept after that, then nothing is tried until the next command. Mend the cause and {again}; see `rtsctl describe {see}`"
+        ))
+    }
+
     /// It may be for the lack of an agent.
     pub fn needs_an_agent(&self) -> bool {
         let agent = |code: &str| AGENT.contains(&code);
@@ -124,5 +159,25 @@ mod tests {
         );
         assert!(!error("store-failed").needs_an_agent());
         assert_eq!(error("store-failed").help().unwrap(), "try again later");
+    }
+
+    #[test]
+    fn nobody_is_said_to_go_on_where_a_session_ends() {
+        let deadline = CliError::Deadline {
+            system: "hello".to_owned(),
+            goal: "converged",
+            seconds: 60.0,
+        };
+        assert_eq!(deadline.help_on_demand(&[]), None);
+        insta::assert_snapshot!(deadline.help_on_demand(&["arm".to_owned()]).unwrap(), @"node arm is reached by SSH: the controller goes on there only while a command needs it and as long as the session is kept after that, then nothing is tried until the next command. Mend the cause and apply again; see `rtsctl describe system/hello`");
+        let partly = |rest| CliError::Partly {
+            system: "hello".to_owned(),
+            summary: String::new(),
+            target: Some("component/A".to_owned()),
+            rest,
+        };
+        let tried = partly(Rest::Tried).help_on_demand(&["arm".to_owned(), "leg".to_owned()]);
+        assert!(tried.unwrap().contains("nodes arm, leg are reached by SSH"));
+        assert_eq!(partly(Rest::Held).help_on_demand(&["arm".to_owned()]), None);
     }
 }

@@ -195,10 +195,27 @@ impl Nodes {
         Ok(())
     }
 
-    /// Remembers them; when there are none, that the home was never told of any.
-    pub fn put_back(&self, home: &Home) -> Result<(), LocalError> {
-        if !self.nodes.is_empty() {
-            return self.save(home);
+    /// Undoes that a home was told of a node, of which it knew what `before` says: all other nodes stay as they are now. When
+    /// none is left, the home was never told of any. The caller holds the home's lock.
+    pub fn take_back(
+        home: &Home,
+        told: &NodeSetup,
+        before: Option<&NodeSetup>,
+    ) -> Result<(), LocalError> {
+        let Some(mut nodes) = Self::read(home)? else {
+            return Ok(());
+        };
+        let place = nodes.nodes.iter().position(|node| node.name == told.name);
+        // Somebody else may have said something of it since.
+        let Some(at) = place.filter(|at| nodes.nodes[*at].ssh == told.ssh) else {
+            return Ok(());
+        };
+        match before {
+            Some(before) => nodes.nodes[at].clone_from(before),
+            None => drop(nodes.nodes.remove(at)),
+        }
+        if !nodes.nodes.is_empty() {
+            return nodes.save(home);
         }
         let path = file(home);
         match std::fs::remove_file(&path) {
@@ -311,6 +328,42 @@ mod tests {
             (three.hosts_of("b"), three.hosts_of("a")),
             (&["x".to_owned()][..], &["y".to_owned()][..])
         );
+    }
+
+    #[test]
+    fn a_node_that_was_not_reached_is_taken_back_and_no_other_is() {
+        let temp = tempfile::tempdir().unwrap();
+        let home = home(temp.path());
+        let by_ssh = |name: &str, host: &str| NodeSetup {
+            ssh: Some(SshNode {
+                destination: host.parse().unwrap(),
+                module_path: None,
+                programs: None,
+                keep_seconds: None,
+            }),
+            ..setup(name)
+        };
+        let tell = |node: &NodeSetup| {
+            let all = Nodes::with(&home, std::slice::from_ref(node)).unwrap();
+            all.save(&home).unwrap();
+        };
+        let back = |node: &NodeSetup, before: Option<&NodeSetup>| {
+            Nodes::take_back(&home, node, before).unwrap();
+            names(&Nodes::known(&home).unwrap()).join(" ")
+        };
+        let (arm, leg, other) = (by_ssh("arm", "a"), by_ssh("leg", "b"), by_ssh("arm", "c"));
+        tell(&arm);
+        // Told by another `node add` while this one was still trying.
+        tell(&leg);
+        assert_eq!(back(&arm, None), "leg");
+        tell(&other);
+        assert_eq!(back(&arm, None), "leg arm", "somebody else's word stays");
+        tell(&arm);
+        assert_eq!(back(&arm, Some(&other)), "leg arm");
+        assert_eq!(Nodes::of(&home).unwrap().named("arm"), Some(&other));
+        back(&other, None);
+        assert_eq!(back(&leg, None), "", "as if it had never been told of any");
+        assert!(!file(&home).exists());
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub async fn readyz(
     };
     let checks = vec![
         ("ping", Ok(())),
-        ("store", store.map_err(|e| crate::chain(&e))),
+        ("store", store.map_err(|e| rts_host::error::chain(&e))),
         ("reconcile", looked),
     ];
     checked("readyz", &query, checks)

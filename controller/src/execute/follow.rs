@@ -24,7 +24,24 @@ const SILENCE: (Duration, Duration) = (Duration::from_secs(5), Duration::from_se
 pub(super) enum Report {
     Event(String, BatchEvent),
     /// The stream ended: regularly, or the reason why not.
-    Over(String, Option<String>),
+    Over(String, Option<Broken>),
+}
+
+/// Why a batch was broken off.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Broken {
+    /// Its agent, or the way to it, was lost: that says nothing about the steps.
+    Lost(String),
+    /// Its agent refused it, or did not end it in time.
+    Failed(String),
+}
+
+impl Broken {
+    /// For people.
+    pub fn reason(&self) -> &str {
+        let (Self::Lost(reason) | Self::Failed(reason)) = self;
+        reason
+    }
 }
 
 /// The reports of one node's batch, with an end in any case: loss of the agent and the deadline included. One event may
@@ -48,9 +65,10 @@ pub(super) fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'stati
     let cut_off = stream::once(async move {
         tokio::select! {
             biased;
-            () = lost => Err("its agent was lost".to_owned()),
+            () = lost => Err(Broken::Lost("its agent was lost".to_owned())),
             () = sleep(limit) => {
-                Err(format!("its batch did not end within {} s", limit.as_secs()))
+                let reason = format!("its batch did not end within {} s", limit.as_secs());
+                Err(Broken::Failed(reason))
             }
         }
     });
@@ -75,7 +93,7 @@ struct Results {
 
 impl Results {
     /// The next one, or why there are no more.
-    async fn next(&mut self) -> Result<BatchEvent, String> {
+    async fn next(&mut self) -> Result<BatchEvent, Broken> {
         loop {
             let Some(events) = &mut self.events else {
                 self.attach().await?;
@@ -83,8 +101,13 @@ impl Results {
             };
             match timeout(self.silence, events.next()).await {
                 Ok(Some(Ok(event))) => return Ok(event),
-                Ok(Some(Err(e))) => return Err(format!("the results of its steps stopped: {e}")),
-                Ok(None) => return Err("its agent closed the stream early".to_owned()),
+                Ok(Some(Err(e))) => {
+                    let reason = format!("the results of its steps stopped: {e}");
+                    return Err(Broken::Lost(reason));
+                }
+                Ok(None) => {
+                    return Err(Broken::Lost("its agent closed the stream early".to_owned()));
+                }
                 Err(_) => {
                     self.silence = (self.silence * 2).min(SILENCE.1);
                     self.events = None;
@@ -94,7 +117,7 @@ impl Results {
     }
 
     /// Sends the batch: the first time to have it carried out, then to hear its results from the first on.
-    async fn attach(&mut self) -> Result<(), String> {
+    async fn attach(&mut self) -> Result<(), Broken> {
         let node = &self.node;
         match timeout(ACCEPT, self.agent.run_batch(&self.batch)).await {
             Ok(Ok(events)) => {
@@ -102,13 +125,16 @@ impl Results {
                 self.events = Some(events);
                 Ok(())
             }
-            Ok(Err(e)) if matches!(e, ClientError::Problem(_)) || !self.accepted => {
-                Err(format!("the agent of node {node} refused the steps: {e}"))
-            }
-            Err(_) if !self.accepted => Err(format!(
+            Ok(Err(e @ ClientError::Problem(_))) => Err(Broken::Failed(format!(
+                "the agent of node {node} refused the steps: {e}"
+            ))),
+            Ok(Err(e)) if !self.accepted => Err(Broken::Lost(format!(
+                "the agent of node {node} was not sent the steps: {e}"
+            ))),
+            Err(_) if !self.accepted => Err(Broken::Lost(format!(
                 "the agent of node {node} did not accept the steps within {} s",
                 ACCEPT.as_secs()
-            )),
+            ))),
             // It has them; only its loss or the deadline ends the waiting.
             _ => {
                 sleep(self.silence).await;

@@ -12,7 +12,7 @@ use rts_plan::plan::{Plan, Step, StepId};
 
 use super::cut::cut;
 use super::deadline::{self, StartTimeouts};
-use super::follow::{ACCEPT, Report, follow};
+use super::follow::{ACCEPT, Broken, Report, follow};
 use crate::fleet::Agent;
 
 /// Tries after which a gate that does not open is told of.
@@ -156,20 +156,15 @@ impl<'a> Executor<'a> {
             Report::Event(..) => {}
             Report::Over(node, why) => {
                 if let Some(why) = &why {
-                    tracing::warn!(node, reason = why, "batch broken off");
-                    self.faults.insert(node.clone(), why.clone());
+                    tracing::warn!(node, reason = why.reason(), "batch broken off");
+                    self.faults.insert(node.clone(), why.reason().to_owned());
                 }
-                let reason = why.unwrap_or_else(|| "its agent never told of it".to_owned());
+                let never = || Broken::Failed("its agent never told of it".to_owned());
+                let why = why.unwrap_or_else(never);
                 for step in &self.plan.steps {
                     if step.node == node && !self.progress.ended.contains_key(&step.id) {
-                        let outcome = if self.progress.running.contains(&step.id) {
-                            StepOutcome::Failed {
-                                reason: reason.clone(),
-                            }
-                        } else {
-                            skipped(reason.clone())
-                        };
-                        self.ended(step.id, outcome);
+                        let runs = self.progress.running.contains(&step.id);
+                        self.ended(step.id, broken_off(&why, runs));
                     }
                 }
                 self.agents.remove(&node);
@@ -248,6 +243,17 @@ pub fn step(plan: &Plan, id: StepId) -> Option<&Step> {
         .get(index)
         .filter(|step| step.id == id)
         .or_else(|| plan.steps.iter().find(|step| step.id == id))
+}
+
+/// What becomes of a step whose batch was broken off. One that ran has failed, unless nobody can know: whether it did is seen
+/// when its node is looked at again, and until then it is no reason to wait before the next try.
+fn broken_off(why: &Broken, runs: bool) -> StepOutcome {
+    match why {
+        Broken::Failed(reason) if runs => StepOutcome::Failed {
+            reason: reason.clone(),
+        },
+        _ => skipped(why.reason().to_owned()),
+    }
 }
 
 fn skipped(reason: String) -> StepOutcome {

@@ -115,7 +115,7 @@ async fn overtake(
 ) -> Result<(), String> {
     let epoch = ledger.epoch.saturating_add(1);
     let raised = core.raise_epoch(epoch).await;
-    raised.map_err(|e| crate::chain(&e))?;
+    raised.map_err(|e| rts_host::error::chain(&e))?;
     let message = format!(
         "epoch raised to {epoch}: node {node} had seen {}",
         ledger.epoch
@@ -168,7 +168,7 @@ async fn adopt(
     };
     let more = vec![Write::PutNode(node.to_owned(), generation)];
     let stored = commit(core, node, import, more).await;
-    stored.map_err(|e| crate::chain(&e))
+    stored.map_err(|e| rts_host::error::chain(&e))
 }
 
 /// What an agent's ledger holds now.
@@ -248,6 +248,8 @@ pub async fn settled(core: &Core, node: &str) {
         .await;
     match written {
         Ok(()) => core.registry().restored = Some(restored),
-        Err(e) => tracing::error!(error = %crate::chain(&e), "a settled node cannot be stored"),
+        Err(e) => {
+            tracing::error!(error = %rts_host::error::chain(&e), "a settled node cannot be stored")
+        }
     }
 }

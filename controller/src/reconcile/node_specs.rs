@@ -161,7 +161,7 @@ impl NodeSpecs {
                 present.places = record.places;
             }
             if let Err(e) = self.core.store_system(present).await {
-                tracing::error!(error = %crate::chain(&e), "a system's nodes cannot be stored");
+                tracing::error!(error = %rts_host::error::chain(&e), "a system's nodes cannot be stored");
             }
         }
     }
@@ -252,7 +252,7 @@ impl NodeSpecs {
             Number::New(given) => {
                 let span = info_span!(target: TARGET, "store", of = format!("node/{node}"));
                 let given = self.core.give_number(node, given).instrument(span).await;
-                given.map_err(|e| crate::chain(&e))?
+                given.map_err(|e| rts_host::error::chain(&e))?
             }
             Number::Pending => return Ok(Prepared::Unnumbered),
         };

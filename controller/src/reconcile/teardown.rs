@@ -33,7 +33,7 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
             Ok(true) => {}
             Ok(false) => continue,
             Err(e) => {
-                tracing::error!(system = name, error = %crate::chain(&e), "a system cannot be removed");
+                tracing::error!(system = name, error = %rts_host::error::chain(&e), "a system cannot be removed");
                 continue;
             }
         }

@@ -130,6 +130,19 @@ A connector joins two ports, and one of the two elements is missing.
 Add it, or remove the connector.",
     },
     Code {
+        code: "no-transport",
+        title: "no transport leads from one end of a connector to the other",
+        explain: "\
+A node that is reached by SSH alone (`rtsctl node add --ssh`) gets its commands through the session. Samples do not go
+through it: a connector between such a node and another one would never carry any, and the system is refused.
+
+    rtsctl.node of Sine0: arm, of Filter0: base        wrong, when arm is reached by SSH
+    rtsctl.node of Sine0: arm, of Filter0: arm         right
+
+Place both components on the same node (`rtsctl.node`), or install an agent that is reached without SSH. `rtsctl check`
+knows the nodes of the home of whoever runs it.",
+    },
+    Code {
         code: "port-kind-mismatch",
         title: "a data connector ends at a service port, or the other way round",
         explain: "\

@@ -15,6 +15,7 @@ use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use rts_host::error::chain;
 use rts_manager_api::control::{ModuleInfo, ParameterFacts, PortInfo, StandInShape};
 use rts_runtime::abi::ABI_VERSION;
 use rts_runtime::abi::{self, ENTRY, Entry};
@@ -279,20 +280,6 @@ fn other_version(library: &Library) -> Option<u32> {
             // SAFETY: the address is looked for, and nothing is called.
             unsafe { library.get::<Entry>(format!("{stem}{version}").as_bytes()) }.is_ok()
         })
-}
-
-/// An error with its causes: libloading keeps the text of dlerror as the cause.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let next = error.to_string();
-        if !text.contains(&next) {
-            text = format!("{text}: {next}");
-        }
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]

@@ -5,15 +5,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
+use std::time::SystemTime;
 
 use rts_agent_api::messages::{ModuleFile, ModuleResolution};
 use rts_bridge::Opener;
 use rts_bridge::modules::{Answer, Asked, ModuleError, Offer, ask};
+use rts_host::error::chain;
 use rts_host::files;
 use tokio::sync::Mutex;
 
 use super::finder::ModuleFinder;
-use crate::run::chain;
 
 /// Asks near for modules. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -88,12 +89,21 @@ impl Pull {
         let path = self.folder.join(&offer.digest).join(&offer.name);
         let _turn = self.turn.lock().await;
         if let Some(known) = kept(finder, &path, &offer).await {
+            used(&path);
             asked.decline().await?;
             return Ok(Ok(known));
         }
         take(asked, &path).await?;
         tracing::info!(bytes = offer.size, "copied module {}", path.display());
         Ok(Ok(finder.file(path).await?))
+    }
+}
+
+/// Its folder's time says when it was used last: what nobody has used for long is removed.
+fn used(path: &Path) {
+    let folder = path.parent().map(std::fs::File::open);
+    if let Some(Ok(folder)) = folder {
+        let _ = folder.set_modified(SystemTime::now());
     }
 }
 

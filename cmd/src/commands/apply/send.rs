@@ -8,19 +8,25 @@ use rts_controller_api::requests::ApplyResult;
 
 use crate::error::CliError;
 use crate::input::Input;
+use crate::local::relays::despite_loss;
 
 /// How long a controller that was there may be silent.
 const SILENCE: Duration = Duration::from_secs(5);
 /// Time between two tries.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// Sends the system. It may be sent again, so a controller that dies meanwhile is given time to come back.
-pub async fn put(input: &Input, controller: &Controller) -> Result<ApplyResult, CliError> {
+/// Sends the system. It may be sent again, so a controller that dies meanwhile is given time to come back, and so is a session
+/// that was lost, until the deadline.
+pub async fn put(
+    input: &Input,
+    controller: &Controller,
+    deadline: Instant,
+) -> Result<ApplyResult, CliError> {
     let what = format!("apply system/{}", input.request.spec.name);
     let end = Instant::now() + SILENCE;
     let mut again = false;
     loop {
-        match controller.apply(&input.request).await {
+        match despite_loss(deadline, || controller.apply(&input.request)).await {
             Err(ClientError::Unreachable { .. }) if Instant::now() < end => {
                 again = true;
                 tokio::time::sleep(PAUSE).await;

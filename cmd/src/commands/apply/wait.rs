@@ -8,6 +8,7 @@ use rts_controller_api::objects::System;
 
 use crate::error::CliError;
 use crate::follow::{Follower, Verdict, judge};
+use crate::local::relays::Patience;
 use crate::output::Output;
 use crate::show::progress::Progress;
 
@@ -29,6 +30,7 @@ pub async fn wait(
     let mut follower = Follower::new(controller, &from);
     let mut last = from;
     let mut unclear = None;
+    let mut patience = Patience::default();
     let end = follower.until(deadline, |state| match state {
         None => ControlFlow::Break(None),
         Some(system) => {
@@ -48,6 +50,8 @@ pub async fn wait(
                     }
                     ControlFlow::Break(Some(Verdict::Partly(Vec::new())))
                 }
+                // A session that was lost is made anew, and then it goes on.
+                Verdict::Partly(waiting) if patience.allows(&waiting) => ControlFlow::Continue(()),
                 verdict => ControlFlow::Break(Some(verdict)),
             }
         }

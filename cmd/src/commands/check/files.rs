@@ -7,10 +7,11 @@ use rts_schemas::diagnostic::Report;
 use rts_schemas::overlay::{self, Overlay};
 use rts_schemas::rtc_profile;
 
-use super::cycles;
+use super::{cycles, reached};
 use crate::error::CliError;
 use crate::input::{is_stdin, read, shown};
 use crate::library;
+use crate::local::nodes::Nodes;
 use crate::output::Output;
 
 /// What is checked together.
@@ -21,6 +22,8 @@ pub(super) struct Files<'a> {
     pub(super) name: Option<&'a str>,
     /// All that there are; none when nobody says.
     pub(super) nodes: Vec<&'a str>,
+    /// Those of the home.
+    pub(super) home: Option<Nodes>,
 }
 
 impl Files<'_> {
@@ -62,6 +65,9 @@ impl Files<'_> {
                     system.add(cycles::cycles(&system));
                     let nodes = (!self.nodes.is_empty()).then_some(self.nodes.as_slice());
                     system.add(check::placed(&system, nodes));
+                    if let Some(nodes) = &self.home {
+                        system.add(reached::cut_off(&system, nodes));
+                    }
                     if !self.rtc.is_empty() {
                         let (against, used) = check::against(&system.read, &library);
                         system.add(against);

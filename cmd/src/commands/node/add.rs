@@ -101,26 +101,24 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
         Some(file) => of_manifest(args, &read(file)?)?,
         None => of_flags(args)?,
     };
-    let (name, destination) = (
-        node.name.clone(),
-        node.ssh.clone().map(|ssh| ssh.destination),
-    );
-    let known = Nodes::known(&session.home)?;
-    if let Some(before) = known.named(&name) {
+    let name = &node.name;
+    let before = Nodes::known(&session.home)?.named(name).cloned();
+    if let Some(before) = &before {
         same_machine(before, &node)?;
         // What is said now is tried, not what a session of before was opened with.
-        relays::stop(&session.home, &name);
+        relays::stop(&session.home, name);
     }
     let wish = Wish {
         module_path: None,
-        nodes: vec![node],
+        nodes: vec![node.clone()],
     };
     if let Err(e) = ensure(session, wish).await {
         let _lock = HomeLock::take(&session.home)?;
-        known.put_back(&session.home)?;
+        Nodes::take_back(&session.home, &node, before.as_ref())?;
         return Err(e);
     }
-    let destination = destination.map(|d| d.to_string()).unwrap_or_default();
+    let destination = node.ssh.as_ref().map(|ssh| ssh.destination.to_string());
+    let destination = destination.unwrap_or_default();
     session.out.result(&format!(
         "node/{name} added: reached by SSH ({destination})"
     ))?;

@@ -3,21 +3,23 @@
 use std::time::Duration;
 
 use rts_controller_api::ClientError;
+use rts_host::error::chain;
+use rts_ssh::{Destination, Session as Ssh, SshError};
 
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
 use crate::local::nodes::Nodes;
-use crate::local::relays;
+use crate::local::{plural, relays};
 use crate::session::Session;
 
-/// Longest wait for the controller.
+/// Longest wait for the controller, and for the machine.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Forget a node that is reached by SSH
 ///
-/// Refused while something of it runs there: take the systems down first. Programs and modules that were copied stay, and
-/// are used again when the node is added again.
+/// Refused while something of it runs there: take the systems down first. Programs and modules that were copied there and that
+/// nobody else needs are removed.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Name of the node
@@ -31,7 +33,8 @@ pub struct Args {
 pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     let home = &session.home;
     let nodes = Nodes::of(home)?;
-    if !nodes.by_ssh().any(|node| node.name == args.node) {
+    let known = nodes.named(&args.node).and_then(|node| node.ssh.clone());
+    let Some(ssh) = known else {
         return Err(CliError::usage_help(
             format!(
                 "{} is no node of this home that is reached by SSH",
@@ -39,7 +42,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
             ),
             "`rtsctl node list` shows the nodes",
         ));
-    }
+    };
     let on_it = format!("on node {})", args.node);
     let mut systems = relays::systems(session).await;
     systems.retain(|system| system.ends_with(&on_it));
@@ -49,12 +52,44 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
             "take them down with `rtsctl teardown`, or leave them there with --force",
         ));
     }
-    let _lock = HomeLock::take(home)?;
+    let lock = HomeLock::take(home)?;
     Nodes::of(home)?.without(&args.node).save(home)?;
     relays::stop(home, &args.node);
     forget(session, &args.node).await?;
+    drop(lock);
+    if let Err(why) = collect(session, &args.node, &ssh.destination).await {
+        session.out.warn(&format!(
+            "what was copied to {} stays there for a month: {why}",
+            ssh.destination
+        ));
+    }
     session.out.result(&format!("node/{} removed", args.node))?;
     Ok(Exit::Ok)
+}
+
+/// Ends the lease of the node's copies over there; the machine may be gone for good.
+async fn collect(session: &Session, node: &str, machine: &Destination) -> Result<(), String> {
+    let work = async {
+        let ssh = Ssh::open(machine, &std::env::temp_dir()).await?;
+        let home = ssh.survey().await?.rtsctl_home();
+        let lease = rts_relay::lease(session.home.path(), node);
+        let removed = ssh.collect(&home, &lease, &[]).await;
+        ssh.close().await;
+        Ok::<usize, SshError>(removed?)
+    };
+    match tokio::time::timeout(PATIENCE, work).await {
+        Ok(Ok(removed)) => {
+            let digests = plural("digest", removed);
+            let text = format!("rtsctl: removed the files of {digests} from {machine}");
+            session.out.detail(&text);
+            Ok(())
+        }
+        Ok(Err(e)) => Err(chain(&e)),
+        Err(_) => Err(format!(
+            "it does not answer within {} s",
+            PATIENCE.as_secs()
+        )),
+    }
 }
 
 /// The controller, if it runs, no longer shows the node. One on which systems went on is shown until they are gone.

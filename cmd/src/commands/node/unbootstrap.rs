@@ -1,5 +1,6 @@
 //! `rtsctl node unbootstrap`.
 
+use rts_ssh::Destination;
 use rts_ssh::bootstrap::remove;
 use serde_json::json;
 
@@ -8,6 +9,8 @@ use super::reach::{ReachArgs, node_name};
 use crate::commands::or_interrupted;
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::local::nodes::Nodes;
+use crate::local::relays;
 use crate::session::Session;
 
 /// Said when Ctrl-C ends it.
@@ -67,6 +70,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             (false, _) => format!("node/{node} removed from {destination}"),
         };
         session.out.result(&text)?;
+        if !args.dry_run {
+            part(session, &node, &destination)?;
+        }
         if let Some(left) = &removed.left {
             let home = &removed.service.home;
             session.out.say(&format!(
@@ -76,4 +82,22 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         Ok(Exit::Ok)
     };
     or_interrupted(work, session, AGAIN).await
+}
+
+/// Where this home had joined the agent, its relay ends: what was told through it is of before.
+fn part(session: &Session, node: &str, machine: &Destination) -> Result<(), CliError> {
+    let nodes = Nodes::of(&session.home)?;
+    let joined = nodes.by_ssh().find(|known| {
+        let reached = known.ssh.as_ref().map(|ssh| &ssh.destination);
+        let same = |d: &&Destination| (&d.host, &d.user) == (&machine.host, &machine.user);
+        known.name == node && reached.filter(same).is_some()
+    });
+    if joined.is_some() {
+        relays::stop(&session.home, node);
+        session.out.say(&format!(
+            "rtsctl: {node} is still a node of this home: the next command reaches it by SSH alone, and what it should run starts \
+             again; `rtsctl node remove {node}` forgets it"
+        ));
+    }
+    Ok(())
 }

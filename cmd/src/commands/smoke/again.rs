@@ -8,7 +8,7 @@ use crate::show::plan::{View, text};
 /// Applies again, and looks whether anything was made again.
 pub async fn check(context: &mut Context<'_>) -> Verdict {
     let controller = context.controller()?;
-    let result = put(context.input, &controller).await?;
+    let result = put(context.input, &controller, context.deadline).await?;
     if result.changed || !result.plan.is_empty() {
         let mut failure = Failure::new("the second apply makes changes");
         let plan = text(&result.plan, View::Lines, false);

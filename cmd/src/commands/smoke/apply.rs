@@ -19,7 +19,7 @@ pub async fn check(context: &mut Context<'_>) -> Verdict {
         .input
         .failed(format!("plan system/{}", context.name()));
     context.plan = Some(planned.map_err(failed)?);
-    let result = put(context.input, &controller).await?;
+    let result = put(context.input, &controller, context.deadline).await?;
     let deadline = context.deadline;
     // What was changed may have been carried out while it was being stored.
     let told = result.changed || result.plan.is_empty();

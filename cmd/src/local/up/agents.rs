@@ -12,6 +12,7 @@ use crate::local::LocalError;
 use crate::local::home::Home;
 use crate::local::lock::is_held;
 use crate::local::nodes::{NodeSetup, Nodes};
+use crate::local::relays;
 use crate::local::restore::stop_agent;
 use crate::local::strays::{self, Program};
 use crate::session::Session;
@@ -110,7 +111,8 @@ pub(in crate::local) async fn wait_for(
         let (Some(node), Some(reason)) = (open.first(), reasons.into_iter().next()) else {
             return Ok(());
         };
-        if Instant::now() >= end {
+        // A session that was lost is made anew, or given up.
+        if Instant::now() >= end && relays::lost().is_none() {
             return Err(LocalError::NotReady {
                 program: "rts-agent",
                 reason,

@@ -1,0 +1,342 @@
+//! One node is reached, and held awake: its relay is started if need be, and started again should it be killed.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use rts_host::files;
+use rts_host::identity::Identity;
+use rts_relay::State;
+use serde::Deserialize;
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
+use tokio::net::UnixStream;
+use tokio::process::Command;
+
+use super::standing::{Standing, note};
+use crate::exit::Exit;
+use crate::local::LocalError;
+use crate::local::home::{Home, make_private};
+use crate::local::lock::make_folders;
+use crate::local::nodes::NodeSetup;
+use crate::local::up::{beside, open_log};
+use crate::output::Output;
+
+/// Longest wait for a relay: it logs in, and the first time copies programs.
+const READY: Duration = Duration::from_secs(300);
+/// Longest wait for the first word of a relay that runs: it says at once how its session is.
+const ANSWER: Duration = Duration::from_secs(5);
+/// Time for a lost session to come back before it is told that it is waited for.
+const SOON: Duration = Duration::from_secs(1);
+/// Longest line of a relay in bytes.
+const MAX_LINE: u64 = 64 * 1024;
+/// Time between two looks.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// Whom to reach, and for whom.
+#[derive(Clone)]
+pub(super) struct Waker {
+    /// The home of the stack.
+    pub home: Home,
+    /// Where it is told what happens to the session.
+    pub out: Output,
+    /// The node.
+    pub node: NodeSetup,
+    /// Folders with modules, for a relay that is started.
+    pub module_path: Option<OsString>,
+    /// Longest wait for a session that is being opened again.
+    pub patience: Duration,
+}
+
+/// A node that is reached.
+pub(super) struct Woken {
+    /// Its relay had to be started.
+    pub started: bool,
+    /// An agent lives there on its own.
+    pub resident: bool,
+}
+
+impl Waker {
+    /// Reaches the node and holds its relay awake until this process ends.
+    pub async fn wake(self) -> Result<Woken, LocalError> {
+        let (woken, states) = self.attach().await?;
+        let resident = woken.resident;
+        note(&self.node.name, Standing::Up { resident });
+        tokio::spawn(self.hold(states));
+        Ok(woken)
+    }
+
+    /// Connects to the relay, which is started if need be; the node is reached when this returns.
+    async fn attach(&self) -> Result<(Woken, States), LocalError> {
+        let (home, name) = (&self.home, &self.node.name);
+        let socket = home.relay_socket(name);
+        let mut started = false;
+        let end = Instant::now() + self.patience;
+        loop {
+            if let Some((resident, states)) = self.connect(&socket).await? {
+                return Ok((Woken { started, resident }, states));
+            }
+            if Instant::now() >= end {
+                return Err(self.failed("its relay ends again and again".to_owned()));
+            }
+            // One process at a time starts it.
+            make_folders(home, name)?;
+            let run = home.node_run(name);
+            make_private(&run)?;
+            let lock = run.join("relay.start");
+            match files::lock(&lock).map_err(LocalError::file("lock", &lock))? {
+                Some(_lock) if !socket.exists() || !answers(&socket).await => {
+                    self.start().await?;
+                    started = true;
+                }
+                _ => tokio::time::sleep(PAUSE).await,
+            }
+        }
+    }
+
+    /// Connects to a relay that runs, and waits until it reaches the node. None when no relay runs.
+    async fn connect(&self, socket: &Path) -> Result<Option<(bool, States)>, LocalError> {
+        let Ok(stream) = UnixStream::connect(socket).await else {
+            return Ok(None);
+        };
+        let mut states = States::of(stream);
+        let Ok(mut state) = tokio::time::timeout(ANSWER, states.next()).await else {
+            return Err(self.hangs());
+        };
+        let end = tokio::time::Instant::now() + self.patience;
+        let mut told = false;
+        loop {
+            match state {
+                Some(State::Up { resident }) => return Ok(Some((resident, states))),
+                Some(State::Lost { reason }) => {
+                    // It may be back in a moment.
+                    let next = tokio::time::timeout(SOON, states.next()).await;
+                    if let Ok(next) = next {
+                        state = next;
+                        continue;
+                    }
+                    if !told {
+                        told = true;
+                        self.out.say(&format!(
+                            "rtsctl: node {} is being reached again ({reason})",
+                            self.node.name
+                        ));
+                    }
+                    match tokio::time::timeout_at(end, states.next()).await {
+                        Ok(next) => state = next,
+                        Err(_) => return Err(self.late(&reason)),
+                    }
+                }
+                Some(State::Failed { reason, help, exit }) => {
+                    return Err(LocalError::Relay {
+                        node: self.node.name.clone(),
+                        reason,
+                        help,
+                        exit: Exit::of_code(exit),
+                        log: self.log(),
+                    });
+                }
+                // It was just ending.
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// Tells what happens to the session, for as long as the node can be reached.
+    async fn hold(self, mut states: States) {
+        let name = &self.node.name;
+        loop {
+            match states.next().await {
+                Some(State::Up { resident }) => self.is_back(resident),
+                Some(State::Lost { reason }) => {
+                    self.is_lost(&reason);
+                }
+                Some(State::Failed { reason, help, exit }) => {
+                    let exit = Exit::of_code(exit);
+                    return self.give_up(reason, help, exit);
+                }
+                // It was killed: one that ends in order says why.
+                None => {
+                    self.is_lost("its relay on this machine has ended");
+                    match self.attach().await {
+                        Ok((woken, next)) => {
+                            states = next;
+                            self.is_back(woken.resident);
+                        }
+                        Err(e) => {
+                            let reason = e.to_string();
+                            let said =
+                                reason.strip_prefix(&format!("node {name} is not reached: "));
+                            let said = said.unwrap_or(&reason).to_owned();
+                            return self.give_up(said, e.help(), e.exit());
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_back(&self, resident: bool) {
+        note(&self.node.name, Standing::Up { resident });
+        let text = format!("rtsctl: node {} is reached again", self.node.name);
+        self.out.say(&text);
+    }
+
+    fn is_lost(&self, reason: &str) {
+        let (name, log) = (&self.node.name, self.log());
+        let text = format!("the connection with node {name} was lost ({reason}); trying again");
+        self.out.warn(&text);
+        let reason = reason.to_owned();
+        note(name, Standing::Lost { reason, log });
+    }
+
+    fn give_up(&self, reason: String, help: Option<String>, exit: Exit) {
+        let (name, log) = (&self.node.name, self.log());
+        self.out
+            .warn(&format!("node {name} is not reached any more: {reason}"));
+        let standing = Standing::GivenUp {
+            reason,
+            help,
+            exit,
+            log,
+        };
+        note(name, standing);
+    }
+
+    fn log(&self) -> PathBuf {
+        self.home.agent_log(&self.node.name)
+    }
+
+    fn failed(&self, reason: String) -> LocalError {
+        self.error(reason, None)
+    }
+
+    fn error(&self, reason: String, help: Option<String>) -> LocalError {
+        LocalError::Relay {
+            node: self.node.name.clone(),
+            reason,
+            help,
+            exit: Exit::Unreachable,
+            log: self.log(),
+        }
+    }
+
+    fn late(&self, reason: &str) -> LocalError {
+        self.failed(format!(
+            "its session was lost and not made again within {} s: {reason}",
+            self.patience.as_secs()
+        ))
+    }
+
+    /// The error for a relay that runs and says nothing.
+    fn hangs(&self) -> LocalError {
+        let run = self.home.node_run(&self.node.name);
+        let pid = Identity::read(&run.join("relay.json")).map(|identity| identity.pid);
+        let who = pid
+            .map(|pid| format!(" (process {pid})"))
+            .unwrap_or_default();
+        let reason = format!(
+            "its relay{who} runs and says nothing within {} s",
+            ANSWER.as_secs()
+        );
+        let help = pid.map(|pid| {
+            format!("end it with `kill -9 {pid}`: the next command starts another one, and what runs over there goes on")
+        });
+        self.error(reason, help)
+    }
+
+    /// Starts a relay in a process group of its own, and waits until it has reached the node.
+    async fn start(&self) -> Result<(), LocalError> {
+        let (home, node) = (&self.home, &self.node);
+        let Some(ssh) = &node.ssh else {
+            return Err(self.failed("it is not reached by SSH".to_owned()));
+        };
+        let say = format!(
+            "rtsctl: reaching node {} ({}) by SSH",
+            node.name, ssh.destination
+        );
+        self.out.detail(&say);
+        let program = beside("rts-relay")?;
+        let mut command = Command::new(&program);
+        command.arg("--home").arg(home.path());
+        command.arg("--node").arg(&node.name);
+        if let Some(path) = &self.module_path {
+            command.env("RTSCTL_MODULE_PATH", path);
+        }
+        let log = home.agent_log(&node.name);
+        let mut child = command
+            .current_dir("/")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(open_log(&log)?)
+            .process_group(0)
+            .spawn()
+            .map_err(|source| LocalError::Spawn { program, source })?;
+        let mut line = String::new();
+        if let Some(stdout) = child.stdout.take() {
+            let mut reader = BufReader::new(stdout.take(MAX_LINE));
+            if tokio::time::timeout(READY, reader.read_line(&mut line))
+                .await
+                .is_err()
+            {
+                let _ = child.start_kill();
+                let reason = format!("it was not reached within {} s", READY.as_secs());
+                return Err(self.failed(reason));
+            }
+        }
+        match serde_json::from_str::<Readiness>(&line) {
+            Ok(Readiness { ready: true, .. }) => Ok(()),
+            Ok(said) => Err(LocalError::Relay {
+                node: node.name.clone(),
+                reason: said
+                    .error
+                    .unwrap_or_else(|| "its relay gave no reason".to_owned()),
+                help: said.help,
+                exit: said.exit.map_or(Exit::Unreachable, Exit::of_code),
+                log,
+            }),
+            Err(_) => Err(self.failed(format!("its relay said {line:?}"))),
+        }
+    }
+}
+
+async fn answers(socket: &Path) -> bool {
+    UnixStream::connect(socket).await.is_ok()
+}
+
+/// The lines of a relay.
+struct States {
+    from: BufReader<UnixStream>,
+    /// What has come of the next one.
+    line: Vec<u8>,
+}
+
+impl States {
+    fn of(stream: UnixStream) -> Self {
+        Self {
+            from: BufReader::new(stream),
+            line: Vec::new(),
+        }
+    }
+
+    /// The next one; none when there are no more. Nothing is lost when this is given up.
+    async fn next(&mut self) -> Option<State> {
+        let mut bounded = (&mut self.from).take(MAX_LINE.saturating_sub(self.line.len() as u64));
+        bounded.read_until(b'\n', &mut self.line).await.ok()?;
+        let state = serde_json::from_slice(&self.line).ok();
+        self.line.clear();
+        state
+    }
+}
+
+/// The one line that a relay prints.
+#[derive(Deserialize)]
+struct Readiness {
+    ready: bool,
+    #[serde(default)]
+    error: Option<String>,
+    #[serde(default)]
+    help: Option<String>,
+    #[serde(default)]
+    exit: Option<u8>,
+}
