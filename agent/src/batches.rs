@@ -94,11 +94,8 @@ impl Entry {
             }
         }
         let open = self.batch.steps.iter().filter(|s| !ended.contains(&s.id));
-        let open = open.map(|step| Unfinished {
-            started: started.contains(&step.id),
-            step: step.clone(),
-        });
-        open.collect()
+        open.map(|step| Unfinished::of(step, started.contains(&step.id)))
+            .collect()
     }
 
     /// The results from the first on, until the batch has ended.

@@ -126,7 +126,7 @@ fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<St
     };
     let blocked = lock(&agent.failures).blocked();
     let observed = Observed {
-        nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory))]),
+        nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory.into()))]),
     };
     plan(&desired, &observed, &blocked).steps
 }

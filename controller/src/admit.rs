@@ -33,23 +33,26 @@ pub use self::places::places_of_old;
 use self::places::{kept, places};
 use crate::core::Core;
 use crate::moved;
+use crate::placement::Placement;
 use crate::store::SystemRecord;
 
 /// A system that may be stored.
 #[derive(Debug)]
 pub struct Admitted {
     /// The record to store; the stored one when nothing changes.
-    pub record: SystemRecord,
+    pub record: Arc<SystemRecord>,
     /// False when the very same is stored already.
     pub changed: bool,
     /// What will be done.
-    pub plan: Plan,
+    pub plan: Arc<Plan>,
     /// Remarks of the placement.
     pub notes: Vec<String>,
     /// To store it forgets what failed of the system: it is another wish. What is stored as it runs is none.
     pub forgets: bool,
     /// There was none of its name; until it is stored, its uid is given for this once.
     new: bool,
+    /// It is asked for once more when the record is stored, and when that is carried out.
+    _placed: Arc<Placement>,
 }
 
 impl Admitted {
@@ -70,6 +73,8 @@ pub struct Examined {
     expect: Expect,
     /// It is to be stored as it runs: targets that must not be touched for it.
     untouched: Option<BTreeSet<String>>,
+    /// It is asked for once more when it is decided.
+    _placed: Arc<Placement>,
 }
 
 /// Times that a request is examined when the system changes meanwhile.
@@ -91,7 +96,7 @@ pub async fn admit(
 ) -> Result<Admitted, Problem> {
     for _ in 0..ATTEMPTS {
         let examined = examine(core, name, request).await?;
-        if let Some(admitted) = examined.decide(core)? {
+        if let Some(admitted) = examined.decide(core).await? {
             return Ok(admitted);
         }
     }
@@ -113,12 +118,12 @@ pub async fn examine(
     // What may be taken back is nothing to build on.
     core.durable(name).await;
     let stored = core.registry().systems.get(name).cloned();
-    let spec = &narrow::narrow(stored.as_ref(), request)?;
+    let spec = &Arc::new(narrow::narrow(stored.as_deref(), request)?);
     refuse(check::spec(name, spec))?;
-    expect::index(name, stored.as_ref(), &request.expect)?;
+    expect::index(name, stored.as_deref(), &request.expect)?;
     let mut faults = check::orders(spec);
     faults.extend(size::parts(spec));
-    let candidate = candidate(core, stored.as_ref(), spec);
+    let candidate = candidate(core, stored.as_deref(), spec);
     let placed = core.place(Some(&candidate));
     let needs = needs(&placed, &candidate);
     faults.extend(needs.faults);
@@ -147,24 +152,25 @@ pub async fn examine(
     }
     clashes(&placed, &candidate)?;
     Ok(Examined {
-        stored: stored.as_ref().map(version),
+        stored: stored.as_deref().map(version),
         found: found?,
         observed,
         expect: request.expect.clone(),
         untouched: None,
         types,
         candidate,
+        _placed: placed,
     })
 }
 
 /// What would be stored, before its nodes and modules are known.
-fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &SystemSpec) -> SystemRecord {
+fn candidate(core: &Core, stored: Option<&SystemRecord>, spec: &Arc<SystemSpec>) -> SystemRecord {
     let uid = || core.rng.uuid();
     SystemRecord {
         uid: stored.map_or_else(uid, |s| s.uid.clone()),
         generation: stored.map_or(0, |s| s.generation),
         index: stored.map_or(0, |s| s.index),
-        spec: spec.clone(),
+        spec: Arc::clone(spec),
         digests: BTreeMap::new(),
         stand_ins: BTreeMap::new(),
         nodes: stored.map_or_else(BTreeSet::new, |s| s.nodes.clone()),
@@ -184,18 +190,22 @@ impl Examined {
         self
     }
 
-    /// Decides; nothing is waited for. The caller holds [`Core::admission`] when it means to store. None when the stored
+    /// Decides; only a large plan is waited for. The caller holds [`Core::admission`] when it means to store. None when the stored
     /// system has changed since: it must be examined again.
-    pub fn decide(self, core: &Core) -> Result<Option<Admitted>, Problem> {
-        let _span = info_span!(target: TARGET, "decide").entered();
+    pub async fn decide(self, core: &Core) -> Result<Option<Admitted>, Problem> {
+        let span = info_span!(target: TARGET, "decide");
+        self.decided(core).instrument(span).await
+    }
+
+    async fn decided(self, core: &Core) -> Result<Option<Admitted>, Problem> {
         let mut records = core.registry().systems.clone();
         let mut candidate = self.candidate;
         let name = candidate.name().to_owned();
         let stored = records.get(&name).cloned();
-        if stored.as_ref().map(version) != self.stored {
+        if stored.as_deref().map(version) != self.stored {
             return Ok(None);
         }
-        expect::index(&name, stored.as_ref(), &self.expect)?;
+        expect::index(&name, stored.as_deref(), &self.expect)?;
         let placed = core.place(Some(&candidate));
         clashes(&placed, &candidate)?;
         let needs = needs(&placed, &candidate);
@@ -212,12 +222,12 @@ impl Examined {
         candidate.settle(places);
         candidate.digests = match stored.as_ref().filter(|_| self.untouched.is_some()) {
             Some(stored) => stored.digests.clone(),
-            None => self.found.pinned(stored.as_ref(), &self.observed),
+            None => self.found.pinned(stored.as_deref(), &self.observed),
         };
         candidate.stand_ins = match stored.as_ref().filter(|_| self.untouched.is_some()) {
             Some(stored) => stored.stand_ins.clone(),
             None => {
-                let instances = self.found.stand_ins(stored.as_ref());
+                let instances = self.found.stand_ins(stored.as_deref());
                 let before = stored.as_ref().map(|stored| stored.stand_ins.clone());
                 shapes(&candidate.spec, &instances, &before.unwrap_or_default())
             }
@@ -225,36 +235,42 @@ impl Examined {
         stand_ins::within(&candidate, self.expect.max_stand_ins)?;
         candidate.nodes.extend(self.types.into_keys());
         let changed = stored.as_ref().is_none_or(|stored| {
-            let kept = |record: &SystemRecord| (record.digests.clone(), record.stand_ins.clone());
-            let same = (&stored.spec, &stored.places) == (&candidate.spec, &candidate.places);
-            !same || kept(stored) != kept(&candidate)
+            let wish = (&stored.spec, &stored.places) == (&candidate.spec, &candidate.places);
+            let kept = (&stored.digests, &stored.stand_ins);
+            !wish || kept != (&candidate.digests, &candidate.stand_ins)
         });
         if changed {
             candidate.generation += 1;
         }
-        records.insert(name.clone(), candidate.clone());
+        // What stays is the same object, so that what was made of it is found again.
+        let candidate = match stored.as_ref().filter(|_| !changed) {
+            Some(stored) => Arc::clone(stored),
+            None => Arc::new(candidate),
+        };
+        records.insert(name.clone(), Arc::clone(&candidate));
         let placed = core.place_all(&records);
         if changed {
-            size::whole(&placed, &candidate.uid, records.values())?;
+            size::whole(&placed, &candidate.uid, records.values().map(Arc::as_ref))?;
         }
         let mut notes = placed.notes.get(&name).cloned().unwrap_or_default();
         notes.extend(needs.notes);
         notes.extend(self.found.notes);
         let forgets = changed && self.untouched.is_none();
         let forgotten = forgets.then_some(name.as_str());
-        let desired = &placed.desired;
-        let mut plan = moved::plan_but(core, &records, desired, &self.observed, forgotten);
+        let blocked = moved::blocked(core, &records, &self.observed, forgotten);
+        let mut plan = moved::plan(&placed, &self.observed, blocked).await;
         let touched = expect::untouched(&candidate, &plan, self.untouched.as_ref());
         if let Some(stored) = stored.as_ref().filter(|_| changed) {
             silent::tell(&mut plan, stored, &candidate);
         }
         let admitted = Admitted {
-            plan,
+            plan: Arc::new(plan),
             new: stored.is_none(),
             record: candidate,
             changed,
             notes,
             forgets,
+            _placed: placed,
         };
         let Admitted { plan, record, .. } = &admitted;
         expect::plan(&self.expect, record, plan, || admitted.digest())?;
@@ -270,13 +286,15 @@ pub async fn stored(core: &Arc<Core>, name: &str) -> Option<Admitted> {
     let records = core.registry().systems.clone();
     let record = records.get(name)?.clone();
     let placed = core.place_all(&records);
+    let blocked = moved::blocked(core, &records, &observed, None);
     Some(Admitted {
-        plan: moved::plan(core, &records, &placed.desired, &observed),
+        plan: Arc::new(moved::plan(&placed, &observed, blocked).await),
         notes: placed.notes.get(name).cloned().unwrap_or_default(),
         changed: false,
         forgets: false,
         new: false,
         record,
+        _placed: placed,
     })
 }
 

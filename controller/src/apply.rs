@@ -122,7 +122,7 @@ async fn apply_now(
         }
         let _admission = core.admission.lock().await;
         check_version(core, name, precondition)?;
-        if let Some(admitted) = examined.decide(core)? {
+        if let Some(admitted) = examined.decide(core).await? {
             return store(core, name, admitted).await;
         }
     }
@@ -137,7 +137,7 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
         if admitted.forgets {
             core.backoff().forget_system(name);
         }
-        let stored = core.store_change(admitted.record).await;
+        let stored = core.store_change(admitted.record.as_ref().clone()).await;
         index = stored.map_err(|e| of_store(&e))?;
         let message = format!("generation {generation} stored");
         let event = Happening::normal("Applied", &format!("system/{name}"), message);
@@ -149,7 +149,7 @@ async fn store(core: &Core, name: &str, admitted: Admitted) -> Result<ApplyResul
     Ok(ApplyResult {
         system: find(core, name)?,
         changed: admitted.changed,
-        plan: admitted.plan,
+        plan: Arc::unwrap_or_clone(admitted.plan),
         index,
     })
 }
@@ -162,13 +162,13 @@ async fn delete_now(
 ) -> Result<System, Problem> {
     let _admission = core.admission.lock().await;
     check_version(core, name, precondition)?;
-    let record = core.registry().systems.get(name).cloned();
-    let mut record = record.ok_or_else(|| missing(name))?;
-    let before = record.clone();
+    let before = core.registry().systems.get(name).cloned();
+    let before = before.ok_or_else(|| missing(name))?;
+    let mut record = before.as_ref().clone();
     forget(core, &mut record, forgotten)?;
     let begins = record.deleted.is_none();
     record.deleted.get_or_insert_with(|| core.clock.now());
-    if record != before {
+    if record != *before {
         let dropped = record.forgotten.difference(&before.forgotten);
         let dropped: Vec<String> = dropped.cloned().collect();
         core.backoff().forget_system(name);

@@ -1,6 +1,7 @@
 //! A change of a system: it counts at once, and is made durable while the loop carries it out. Nobody is told of it before
 //! that; a change that cannot be stored is taken back, and the same loop undoes what was begun of it.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use rts_host::timing::TARGET;
@@ -13,9 +14,9 @@ use crate::view::Happening;
 
 /// What is written with a change.
 struct Change {
-    record: SystemRecord,
+    record: Arc<SystemRecord>,
     /// What was stored before.
-    before: Option<SystemRecord>,
+    before: Option<Arc<SystemRecord>>,
     said: Option<Restored>,
     /// The first numbers of nodes: they count once they are durable.
     firsts: Numbers,
@@ -31,9 +32,9 @@ impl Core {
         let indexes = self.number(&mut record);
         let index = record.index;
         let lags = self.may_lag(&record);
-        let change = self.begin(record, lags);
+        let change = self.begin(Arc::new(record), lags);
         let mut writes = vec![indexes];
-        writes.push(Write::PutSystem(Box::new(change.record.clone())));
+        writes.push(Write::PutSystem(Arc::clone(&change.record)));
         writes.extend(change.said.clone().map(|said| Write::Restored(Some(said))));
         writes.extend(node_numbers::writes(&change.firsts));
         writes.extend(node_numbers::writes(&change.numbers));
@@ -78,13 +79,13 @@ impl Core {
     }
 
     /// Gives the nodes that are told of a change their numbers; it counts when it `lags`.
-    fn begin(&self, record: SystemRecord, lags: bool) -> Change {
+    fn begin(&self, record: Arc<SystemRecord>, lags: bool) -> Change {
         let name = record.name().to_owned();
         let said = self.said(&name);
-        let placed = self.place(Some(&record));
+        let placed = self.place_with(Arc::clone(&record));
         let mut registry = self.registry();
         let before = registry.systems.get(&name).cloned();
-        let all = self.next_numbers(&registry, &placed.desired);
+        let all = self.next_numbers(&registry, &placed);
         let known = |node: &String| registry.nodes.contains_key(node);
         let (numbers, firsts) = all.into_iter().partition(|(node, _)| known(node));
         let mut change = Change {
@@ -97,7 +98,7 @@ impl Core {
         if lags {
             registry.number_ahead(&change.numbers);
             registry.pending.insert(name.clone());
-            registry.systems.insert(name, change.record.clone());
+            registry.systems.insert(name, Arc::clone(&change.record));
             drop(registry);
             self.desired_changed();
         } else {
@@ -131,7 +132,8 @@ impl Core {
         match change.before {
             Some(mut before) => {
                 // What was begun there is to be undone there.
-                before.nodes.extend(change.record.nodes);
+                let nodes = change.record.nodes.iter().cloned();
+                Arc::make_mut(&mut before).nodes.extend(nodes);
                 registry.systems.insert(name.clone(), before);
             }
             None => drop(registry.systems.remove(&name)),

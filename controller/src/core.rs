@@ -5,26 +5,26 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use futures_util::future::{BoxFuture, Shared};
-use rts_agent_api::messages::StepOutcome;
-use rts_plan::desired::SystemRef;
+use rts_plan::NodeFacts;
 use rts_plan::observed::Observed;
-use rts_plan::plan::{Plan, Step, StepId};
-use rts_plan::{NodeFacts, Placed, Settled, StoredSystem};
+use rts_plan::plan::Plan;
 use tokio::sync::{Notify, Semaphore, watch};
 use tokio::time::Instant;
 
 use crate::clock::{Chance, Clock};
+use crate::execute::SharedProgress;
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::node_numbers;
 use crate::pace::Pace;
-use crate::publish;
+use crate::placement::{Placement, Placements};
+use crate::publish::{self, Shown};
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
 use crate::simulator::Simulator;
 use crate::store::{
-    Durable, NodeGeneration, Restored, State, Store, StoreError, SystemRecord, Write,
+    Durable, NodeGeneration, Records, Restored, State, Store, StoreError, SystemRecord, Write,
 };
 use crate::view::{Happening, View};
 
@@ -79,6 +79,8 @@ pub struct Core {
     pub admission: tokio::sync::Mutex<()>,
     /// Wakes the reconcile loop.
     pub wake: Notify,
+    /// An agent has told something: wakes the loop, unless it is busy with what makes them tell.
+    pub news: Notify,
     /// Tells whether the reconcile loop goes on.
     pub pulse: Pulse,
     /// When it is time to show everything once more.
@@ -90,6 +92,8 @@ pub struct Core {
     pub(crate) store_failed: AtomicBool,
     registry: Mutex<Registry>,
     world: Mutex<World>,
+    placements: Placements,
+    shown: Mutex<Shown>,
     pub(crate) reserved: AtomicU64,
     pub(crate) indexes: AtomicU64,
     /// An observation for readers that runs now, or the last one.
@@ -100,7 +104,7 @@ pub struct Core {
 #[derive(Debug, Clone, Default)]
 pub struct Registry {
     /// Systems by name.
-    pub systems: BTreeMap<String, SystemRecord>,
+    pub systems: Records,
     /// Node generations.
     pub nodes: BTreeMap<String, NodeGeneration>,
     /// Set by a restore.
@@ -119,9 +123,9 @@ pub struct World {
     /// Last observation.
     pub observed: Observed,
     /// Placement that the last plan was made from.
-    pub placed: Placed,
+    pub placed: Arc<Placement>,
     /// Last plan.
-    pub plan: Plan,
+    pub plan: Arc<Plan>,
     /// System uid → generation that the plan was made for.
     pub planned: BTreeMap<String, u64>,
     /// Runs under way, and those that ended since the last plan, by system uid.
@@ -136,15 +140,13 @@ pub struct World {
     pub faults: BTreeMap<String, String>,
 }
 
-/// Where the steps of a run are.
+/// A run, and where its steps are now. Clones are the same.
 #[derive(Debug, Clone, Default)]
 pub struct RunState {
-    /// All steps.
-    pub steps: Vec<Step>,
-    /// Steps that run.
-    pub running: BTreeSet<StepId>,
-    /// Steps that ended.
-    pub ended: BTreeMap<StepId, StepOutcome>,
+    /// Its steps.
+    pub plan: Arc<Plan>,
+    /// Where they are.
+    pub progress: SharedProgress,
 }
 
 impl Core {
@@ -179,6 +181,7 @@ impl Core {
             backoff: Mutex::default(),
             admission: tokio::sync::Mutex::new(()),
             wake: Notify::new(),
+            news: Notify::new(),
             pulse: Pulse::default(),
             pace: Pace::default(),
             desired: watch::Sender::new(0),
@@ -192,6 +195,8 @@ impl Core {
             settled: watch::Sender::new(0),
             store_failed: AtomicBool::new(false),
             world: Mutex::default(),
+            placements: Placements::default(),
+            shown: Mutex::default(),
             reserved: AtomicU64::new(revisions + REVISIONS),
             indexes: AtomicU64::new(indexes),
             refresh: Mutex::default(),
@@ -222,14 +227,19 @@ impl Core {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What was shown last.
+    pub fn shown(&self) -> MutexGuard<'_, Shown> {
+        self.shown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// What failed and waits.
     pub fn backoff(&self) -> MutexGuard<'_, Backoff> {
         self.backoff.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes what is remembered of a system beside what it is to be, durably, then makes it known. Wakes nobody.
-    pub async fn store_system(&self, record: SystemRecord) -> Result<(), StoreError> {
-        self.store.put_system(record.clone()).await?;
+    pub async fn store_system(&self, record: Arc<SystemRecord>) -> Result<(), StoreError> {
+        self.store.put_system(Arc::clone(&record)).await?;
         let name = record.name().to_owned();
         self.registry().systems.insert(name, record);
         Ok(())
@@ -260,28 +270,32 @@ impl Core {
     }
 
     /// Places all stored systems, with one of them replaced by `candidate`.
-    pub fn place(&self, candidate: Option<&SystemRecord>) -> Placed {
-        let mut records = self.registry().systems.clone();
-        if let Some(candidate) = candidate {
-            records.insert(candidate.name().to_owned(), candidate.clone());
+    pub fn place(&self, candidate: Option<&SystemRecord>) -> Arc<Placement> {
+        match candidate {
+            Some(candidate) => self.place_with(Arc::new(candidate.clone())),
+            None => self.place_all(&self.registry().systems.clone()),
         }
+    }
+
+    /// Places all stored systems, with one of them replaced.
+    pub fn place_with(&self, candidate: Arc<SystemRecord>) -> Arc<Placement> {
+        let mut records = self.registry().systems.clone();
+        records.insert(candidate.name().to_owned(), candidate);
         self.place_all(&records)
     }
 
     /// Places these systems.
-    pub fn place_all(&self, records: &BTreeMap<String, SystemRecord>) -> Placed {
-        let systems: Vec<StoredSystem> = records.values().map(stored).collect();
-        let settled = records.values().map(|r| (r.uid.clone(), settled(r)));
+    pub fn place_all(&self, records: &Records) -> Arc<Placement> {
         let facts = self.facts(records);
-        rts_plan::place_settled(&systems, &facts, &self.local_node, &settled.collect())
+        self.placements.place(records, facts, &self.local_node)
     }
 
     /// What placement must know of all nodes.
-    pub fn facts(&self, records: &BTreeMap<String, SystemRecord>) -> Vec<NodeFacts> {
+    pub fn facts(&self, records: &Records) -> Vec<NodeFacts> {
         let registry = self.registry();
-        let sessions = self.sessions.all();
+        let aliases = self.sessions.aliases();
         let ran = records.values().flat_map(|record| &record.nodes);
-        let names: BTreeSet<&String> = sessions
+        let names: BTreeSet<&String> = aliases
             .keys()
             .chain(registry.nodes.keys())
             .chain(ran)
@@ -290,38 +304,8 @@ impl Core {
             .into_iter()
             .map(|name| NodeFacts {
                 name: name.clone(),
-                aliases: sessions
-                    .get(name)
-                    .map_or_else(Vec::new, |entry| entry.session.aliases.clone()),
+                aliases: aliases.get(name).cloned().unwrap_or_default(),
             })
             .collect()
-    }
-}
-
-/// Name and identity of a stored system.
-pub fn reference(record: &SystemRecord) -> SystemRef {
-    SystemRef {
-        name: record.name().to_owned(),
-        uid: record.uid.clone(),
-    }
-}
-
-fn stored(record: &SystemRecord) -> StoredSystem {
-    StoredSystem {
-        reference: reference(record),
-        spec: record.spec.clone(),
-        module_digests: record.digests.clone(),
-        stand_ins: record.stand_ins.clone(),
-        deleting: record.deleted.is_some(),
-    }
-}
-
-fn settled(record: &SystemRecord) -> Settled {
-    let nodes = record.nodes.difference(&record.forgotten);
-    Settled {
-        generation: record.generation,
-        places: record.places.clone(),
-        nodes: nodes.cloned().collect(),
-        left: record.left.clone(),
     }
 }

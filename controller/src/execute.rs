@@ -6,4 +6,4 @@ mod follow;
 mod run;
 
 pub use self::deadline::StartTimeouts;
-pub use self::run::{Accepted, Executor, Peer};
+pub use self::run::{Accepted, Executor, Peer, SharedProgress, step};

@@ -26,7 +26,7 @@ pub async fn export(core: &Arc<Core>, name: &str) -> Result<Exported, Problem> {
     Ok(Exported { spec, notes })
 }
 
-fn stored(core: &Core, name: &str) -> Result<SystemRecord, Problem> {
+fn stored(core: &Core, name: &str) -> Result<Arc<SystemRecord>, Problem> {
     let record = core.registry().systems.get(name).cloned();
     let record = record.ok_or_else(|| missing(name))?;
     if record.deleted.is_some() {

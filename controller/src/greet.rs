@@ -68,8 +68,10 @@ pub fn heartbeat(
         ));
         core.publish_soon();
     }
-    if beat.back || beat.inventory_changed {
+    if beat.back {
         core.wake.notify_one();
+    } else if beat.inventory_changed {
+        core.news.notify_one();
     }
     core.pulse.check()
 }

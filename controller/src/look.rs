@@ -37,7 +37,7 @@ impl Core {
             } else if let Some(why) = fenced {
                 Target::Silent(why)
             } else if let Some(inventory) = entry.current(age) {
-                Target::Told(Box::new(inventory.clone()))
+                Target::Told(Arc::clone(inventory))
             } else {
                 questions.insert(node.clone(), entry.question());
                 let (core, name, session) = (Arc::clone(self), node.clone(), entry.session.id);
@@ -46,9 +46,9 @@ impl Core {
             };
             targets.insert(node, target);
         }
-        let observed = observe::observe(targets, observe::DEADLINE).await;
+        let mut observed = observe::observe(targets, observe::DEADLINE).await;
         for (node, question) in &questions {
-            match observed.nodes.get(node) {
+            match observed.nodes.get_mut(node) {
                 Some(NodeObserved::Known(inventory)) => {
                     self.sessions.observed(node, question, Ok(inventory));
                 }

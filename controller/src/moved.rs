@@ -5,34 +5,39 @@
 //! [`NodeSystem::elsewhere`]: rts_plan::desired::NodeSystem::elsewhere
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use rts_plan::desired::Desired;
 use rts_plan::observed::{Inventory, ManagerObserved, NodeObserved, Observed};
 use rts_plan::plan::{Blocked, Plan};
 use rts_plan::target;
 
 use crate::core::Core;
+use crate::off_loop::off_loop;
+use crate::placement::Placement;
 use crate::reconcile::NodeSpecs;
-use crate::store::SystemRecord;
+use crate::store::{Records, SystemRecord};
 
-type Records = BTreeMap<String, SystemRecord>;
-
-/// Plans: what failed waits, and what may still run elsewhere is not started.
-pub fn plan(core: &Core, records: &Records, desired: &Desired, observed: &Observed) -> Plan {
-    plan_but(core, records, desired, observed, None)
-}
-
-/// The same as it is once what failed of one system is `forgotten`.
-pub fn plan_but(
+/// What a plan leaves alone: what failed waits, and what may still run elsewhere is not started. As it is once what failed of
+/// one system is `forgotten`.
+pub fn blocked(
     core: &Core,
     records: &Records,
-    desired: &Desired,
     observed: &Observed,
     forgotten: Option<&str>,
-) -> Plan {
+) -> Blocked {
     let mut blocked = core.backoff().blocked_but(forgotten);
     blocked.extend(waits(core, records, observed));
-    rts_plan::plan(desired, observed, &blocked)
+    blocked
+}
+
+/// Plans, off the event loop when there is much to plan.
+pub async fn plan(placed: &Arc<Placement>, observed: &Observed, blocked: Blocked) -> Plan {
+    let size = placed.size();
+    let (placed, observed) = (Arc::clone(placed), observed.clone());
+    off_loop(size, move || {
+        rts_plan::plan(&placed.desired, &observed, &blocked)
+    })
+    .await
 }
 
 /// Components that wait for the word of a node that they have left.
@@ -142,13 +147,13 @@ fn is_nobody(core: &Core, record: &SystemRecord, node: &str) -> bool {
 /// After a restore, what a node's ledger has as this store would write it runs there and nowhere else: no other node may
 /// have been told to make it before that ledger was changed.
 pub async fn trust(core: &Core) {
-    let mut records = core.registry().systems.clone();
     let fresh = fresh(core);
+    let mut records = core.registry().systems.clone();
     if fresh.is_empty() || records.values().all(|record| record.left.is_empty()) {
         return;
     }
-    for record in records.values_mut() {
-        record.left.clear();
+    for record in records.values_mut().filter(|r| !r.left.is_empty()) {
+        Arc::make_mut(record).left.clear();
     }
     let placed = core.place_all(&records);
     let mut gone: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -189,16 +194,17 @@ async fn forget(core: &Core, then: &SystemRecord, gone: Gone) {
     let _admission = core.admission.lock().await;
     let present = core.registry().systems.get(then.name()).cloned();
     // What was changed meanwhile is looked at again in the next round.
-    let same = |now: &SystemRecord| (&then.uid, then.generation) == (&now.uid, now.generation);
+    let same = |now: &Arc<SystemRecord>| (&then.uid, then.generation) == (&now.uid, now.generation);
     let Some(mut present) = present.filter(same) else {
         return;
     };
+    let record = Arc::make_mut(&mut present);
     for (instance, nodes) in &gone {
-        if let Some(left) = present.left.get_mut(instance) {
+        if let Some(left) = record.left.get_mut(instance) {
             left.retain(|node| !nodes.contains(node));
         }
     }
-    present.left.retain(|_, nodes| !nodes.is_empty());
+    record.left.retain(|_, nodes| !nodes.is_empty());
     if let Err(e) = core.store_system(present).await {
         tracing::error!(error = %rts_host::error::chain(&e), "what a node no longer runs cannot be stored");
     }

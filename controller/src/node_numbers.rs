@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use rts_plan::desired::{Desired, NodeSpec};
+use rts_plan::desired::NodeSpec;
 
 use crate::core::{Core, Registry};
+use crate::placement::Placement;
 use crate::store::{NodeGeneration, StoreError, Write};
 
 /// Numbers that may be given out to a node beyond the one that is durable.
@@ -117,17 +118,18 @@ impl Core {
     }
 
     /// Takes new numbers for all nodes whose specs change with what is desired. They count when the caller says so.
-    pub(crate) fn next_numbers(&self, registry: &Registry, desired: &Desired) -> Numbers {
+    pub(crate) fn next_numbers(&self, registry: &Registry, placed: &Placement) -> Numbers {
+        let digests = placed.digests();
         let number = |(node, spec): (&String, &NodeSpec)| match self.next_number(
             registry,
             node,
             spec,
-            &rts_plan::digest(spec),
+            digests.get(node)?,
         )? {
             Number::New(taken) => Some((node.clone(), taken.given)),
             Number::Given(_) | Number::Pending => None,
         };
-        desired.nodes.iter().filter_map(number).collect()
+        placed.desired.nodes.iter().filter_map(number).collect()
     }
 }
 

@@ -17,7 +17,7 @@ pub enum Target {
     /// Its agent, and a future that ends when it is lost.
     Agent(Arc<dyn Agent>, BoxFuture<'static, ()>),
     /// What it has told is of now.
-    Told(Box<Inventory>),
+    Told(Arc<Inventory>),
     /// It cannot be asked, and why.
     Silent(String),
 }
@@ -33,7 +33,7 @@ pub async fn observe(targets: BTreeMap<String, Target>, deadline: Duration) -> O
                     reason: format!("the agent of node {node} was lost"),
                 },
             },
-            Target::Told(inventory) => NodeObserved::Known(*inventory),
+            Target::Told(inventory) => NodeObserved::Known(inventory),
             Target::Silent(reason) => NodeObserved::Unknown { reason },
         };
         (node, answer)
@@ -45,7 +45,7 @@ pub async fn observe(targets: BTreeMap<String, Target>, deadline: Duration) -> O
 
 async fn ask(node: &str, agent: &dyn Agent, deadline: Duration) -> NodeObserved {
     match tokio::time::timeout(deadline, agent.inventory()).await {
-        Ok(Ok(inventory)) => NodeObserved::Known(inventory),
+        Ok(Ok(inventory)) => NodeObserved::Known(Arc::new(inventory)),
         Ok(Err(e)) => NodeObserved::Unknown {
             reason: format!("the agent of node {node} failed: {e}"),
         },

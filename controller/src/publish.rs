@@ -7,24 +7,31 @@ mod connectors;
 pub mod drift;
 mod managers;
 mod nodes;
+mod shown;
 pub mod system;
 mod waiting;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rts_agent_api::messages::LedgerFence;
 use rts_controller_api::API_VERSION;
-use rts_controller_api::objects::{Component, Connector, Kind, Manager, Metadata, Object, System};
+use rts_controller_api::objects::{Kind, Metadata, Object};
 use rts_plan::observed::{Inventory, NodeObserved};
 
-use crate::core::{Core, Registry, World};
+use crate::core::{Core, World};
 use crate::ledger::Standing;
 use crate::sessions::NodeEntry;
+use crate::store::Records;
 use crate::view::Resource;
+
+pub use self::shown::Shown;
 
 /// Everything that objects are made of.
 pub struct Scene<'a> {
-    registry: &'a Registry,
+    systems: &'a Records,
+    /// Systems by name whose last change is not durable: what is shown of them stays.
+    pending: &'a BTreeSet<String>,
     world: &'a World,
     nodes: &'a BTreeMap<String, NodeEntry>,
     /// Node → reason, message and ledger, where the store and the node's ledger do not agree.
@@ -34,8 +41,11 @@ pub struct Scene<'a> {
     /// Target → why it does not go on.
     reasons: BTreeMap<String, waiting::Reason>,
     /// Inventory of each node, and whether it is from the last observation.
-    inventories: BTreeMap<&'a str, (&'a Inventory, bool)>,
+    inventories: Inventories<'a>,
 }
+
+/// Inventory of each node, and whether it is from the last observation.
+type Inventories<'a> = BTreeMap<&'a str, (&'a Arc<Inventory>, bool)>;
 
 /// Why nothing is sent to a node.
 struct Fenced {
@@ -44,57 +54,55 @@ struct Fenced {
     ledger: Option<LedgerFence>,
 }
 
-/// Publishes all objects.
+/// Publishes all objects. Those of nodes of which nothing else is known than the last time are not made anew.
 pub fn all(core: &Core) {
     let fenced = fenced(core);
-    let registry = core.registry().clone();
+    let (systems, pending) = {
+        let registry = core.registry();
+        (registry.systems.clone(), registry.pending.clone())
+    };
     let nodes = core.sessions.all();
+    let mut shown = core.shown();
     let world = core.world();
     let backoff = core.backoff();
     let scene = Scene {
         drifts: drift::by_target(&world.plan.drift),
         reasons: waiting::reasons(&world, &backoff, &nodes),
         inventories: inventories(&world, &nodes),
-        registry: &registry,
+        systems: &systems,
+        pending: &pending,
         world: &world,
         nodes: &nodes,
         fenced,
     };
     core.view.replace(nodes::nodes(&scene));
-    let before = |key: &str| core.view.get(key);
-    let mut components = components::components(&scene, before);
-    components.extend(composites::composites(&scene, &components));
-    let system = |component: &Component| component.spec.system.clone();
-    core.view.replace(settled(core, components, system));
-    let system = |connector: &Connector| connector.spec.system.clone();
-    let connectors = connectors::connectors(&scene);
-    core.view.replace(settled(core, connectors, system));
-    let system = |manager: &Manager| manager.spec.system.clone();
-    core.view
-        .replace(settled(core, managers::managers(&scene), system));
+    shown.show(core, &scene);
     let now = core.clock.now();
-    let systems: Vec<_> = registry
-        .systems
+    let systems: Vec<_> = systems
         .values()
-        .filter(|record| !registry.pending.contains(record.name()))
+        .filter(|record| !pending.contains(record.name()))
         .map(|record| {
             let before = core.view.get(record.name());
             system::system(&scene, &backoff, record, before.as_ref(), now)
         })
         .collect();
-    let system = |system: &System| system.metadata.name.clone();
-    core.view.replace(settled(core, systems, system));
+    core.view
+        .replace(settled(core, &scene, systems, |s| &s.metadata.name));
 }
 
 /// These objects, but for those of systems whose last change is not durable: they stay as they were shown last.
-fn settled<T: Resource>(core: &Core, mut objects: Vec<T>, of: impl Fn(&T) -> String) -> Vec<T> {
-    let pending = core.registry().pending.clone();
-    if pending.is_empty() {
+fn settled<T: Resource>(
+    core: &Core,
+    scene: &Scene<'_>,
+    mut objects: Vec<T>,
+    of: impl Fn(&T) -> &String,
+) -> Vec<T> {
+    if scene.pending.is_empty() {
         return objects;
     }
-    objects.retain(|object| !pending.contains(&of(object)));
+    objects.retain(|object| !scene.pending.contains(of(object)));
     let before = core.view.list::<T>().items.into_iter();
-    objects.extend(before.filter(|object| pending.contains(&of(object))));
+    objects.extend(before.filter(|object| scene.pending.contains(of(object))));
     objects
 }
 
@@ -113,11 +121,8 @@ fn fenced(core: &Core) -> BTreeMap<String, Fenced> {
 }
 
 /// What was last seen of every node: as observed, or, of an unknown node, before that.
-fn inventories<'a>(
-    world: &'a World,
-    nodes: &'a BTreeMap<String, NodeEntry>,
-) -> BTreeMap<&'a str, (&'a Inventory, bool)> {
-    let mut all: BTreeMap<&str, (&Inventory, bool)> = nodes
+fn inventories<'a>(world: &'a World, nodes: &'a BTreeMap<String, NodeEntry>) -> Inventories<'a> {
+    let mut all: Inventories<'_> = nodes
         .iter()
         .map(|(node, entry)| (node.as_str(), (&entry.inventory, entry.unsure())))
         .collect();

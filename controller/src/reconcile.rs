@@ -19,8 +19,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures_util::FutureExt;
 use rts_host::timing::TARGET;
-use rts_plan::Placed;
 use rts_plan::observed::{NodeObserved, Observed};
 use rts_plan::plan::Plan;
 use tokio::time::Instant;
@@ -29,9 +29,11 @@ use tracing::{Instrument, info_span};
 use crate::core::Core;
 use crate::ledger::settle::Settling;
 use crate::moved;
+use crate::placement::Placement;
 use crate::store::SystemRecord;
 
 pub use self::backoff::{Backoff, Entry, target_of};
+use self::by_system::Plans;
 pub use self::by_system::by_system;
 use self::drift::Drifts;
 pub use self::node_specs::NodeSpecs;
@@ -43,6 +45,8 @@ pub use self::teardown::is_free_of;
 const SLOW_TICK: Duration = Duration::from_secs(5);
 /// The same while something is being carried out.
 const BUSY_TICK: Duration = Duration::from_secs(1);
+/// While steps are carried out, what agents tell leads to another round only after so many times what the last one took.
+const SPARING: u32 = 5;
 /// A node that did not answer once is asked again so soon.
 const ASK_AGAIN: Duration = Duration::from_millis(250);
 
@@ -64,6 +68,8 @@ pub struct Reconciler {
     drifts: Drifts,
     /// When the last plan was begun: what was not to be tried then is planned again once it may be.
     planned: Instant,
+    /// What the last round took.
+    took: Duration,
 }
 
 impl Reconciler {
@@ -75,6 +81,7 @@ impl Reconciler {
             settling: Settling::new(Arc::clone(&core)),
             drifts: Drifts::new(Arc::clone(&core)),
             planned: Instant::now(),
+            took: Duration::ZERO,
             core,
         }
     }
@@ -85,7 +92,8 @@ impl Reconciler {
             let began = Instant::now();
             self.core.pulse.beat();
             let next = self.round().await;
-            self.core.metrics.reconciled(began.elapsed());
+            self.took = began.elapsed();
+            self.core.metrics.reconciled(self.took);
             self.core.pulse.beat();
             if next == Next::Rest {
                 self.rest().await;
@@ -103,25 +111,40 @@ impl Reconciler {
             _ = desired.changed() => return,
             () = self.core.pace.rest() => {}
         }
+        // While steps are carried out, agents tell of little else, and there is little to do about it.
+        let quiet = match self.runs.any() {
+            true => (self.took * SPARING).min(SLOW_TICK),
+            false => Duration::ZERO,
+        };
         let unsure = self.core.sessions.any_unsure();
         let tick = if unsure {
             ASK_AGAIN
         } else if self.runs.any() {
-            BUSY_TICK
+            BUSY_TICK.max(quiet)
         } else {
             SLOW_TICK
         };
-        let tick = Instant::now() + tick;
+        let now = Instant::now();
+        let tick = now + tick;
         let due = self.core.backoff().next(self.planned);
         let until = due.map_or(tick, |at| at.min(tick));
         tokio::select! {
             biased;
             () = self.core.wake.notified() => {}
+            () = self.told(now + quiet) => {}
             () = tokio::time::sleep_until(until) => {}
         }
     }
 
+    /// Waits until an agent has told something, and then.
+    async fn told(&self, then: Instant) {
+        tokio::time::sleep_until(then).await;
+        self.core.news.notified().await;
+    }
+
     async fn round(&mut self) -> Next {
+        // It looks at everything.
+        let _ = self.core.news.notified().now_or_never();
         self.runs.collect();
         let (busy, long) = (self.runs.busy(), self.runs.long());
         self.core.backoff().tidy();
@@ -134,7 +157,7 @@ impl Reconciler {
         let placed = self.core.place(None);
         let stamps = stamps(&self.core);
         self.specs.note_nodes(&placed).await;
-        let sent = self.specs.send(&placed.desired, &fenced);
+        let sent = self.specs.send(&placed, &fenced);
         let span = info_span!(target: TARGET, "node specs");
         let mut faults = sent.instrument(span).await;
         faults.extend(fenced);
@@ -144,7 +167,9 @@ impl Reconciler {
         moved::seen(&self.core, &self.specs, &observed, &busy).await;
         let since = Instant::now();
         self.planned = since;
-        let plan = self.plan(&placed, &observed, &busy, &long);
+        let span = info_span!(target: TARGET, "plan");
+        let planned = self.plan(&placed, &observed, &busy, &long);
+        let (plan, plans) = planned.instrument(span).await;
         let untold = self.specs.untold(&placed.desired, &faults);
         let planned = stamps
             .iter()
@@ -160,38 +185,39 @@ impl Reconciler {
         }
         let forgotten = teardown::finish(&self.core, &self.specs, &busy).await;
         self.runs
-            .start(&plan, &stamps, &busy, &long, &self.specs, &seen);
+            .start(plans, &stamps, &busy, &long, &self.specs, &seen);
         if forgotten { Next::Again } else { Next::Rest }
     }
 
     /// Plans, and once more when a process that was started not long ago is gone: its next start is delayed.
-    fn plan(
+    async fn plan(
         &self,
-        placed: &Placed,
+        placed: &Arc<Placement>,
         observed: &Observed,
         busy: &BTreeSet<String>,
         long: &BTreeMap<String, Vec<Unfinished>>,
-    ) -> Plan {
-        let _span = info_span!(target: TARGET, "plan").entered();
-        let desired = &placed.desired;
-        let planned = || {
+    ) -> (Arc<Plan>, Plans) {
+        let planned = || async {
             let records = self.core.registry().systems.clone();
-            moved::plan(&self.core, &records, desired, observed)
+            let blocked = moved::blocked(&self.core, &records, observed, None);
+            let plan = Arc::new(moved::plan(placed, observed, blocked).await);
+            let plans = by_system(&plan);
+            (plan, plans)
         };
-        let plan = planned();
-        let free = side::free(&plan, busy, long);
-        if !deaths::count(&self.core, desired, &free, observed, busy) {
-            return plan;
+        let (plan, plans) = planned().await;
+        let free = side::free(&plans, busy, long);
+        if !deaths::count(&self.core, &placed.desired, &free, observed, busy) {
+            return (plan, plans);
         }
-        planned()
+        planned().await
     }
 
     fn show(
         &mut self,
-        placed: Placed,
+        placed: Arc<Placement>,
         planned: BTreeMap<String, u64>,
         observed: Observed,
-        plan: &Plan,
+        plan: &Arc<Plan>,
         mut faults: BTreeMap<String, String>,
     ) {
         let _span = info_span!(target: TARGET, "publish").entered();
@@ -203,7 +229,7 @@ impl Reconciler {
             world.placed = placed;
             world.observed = observed;
             world.stale = false;
-            world.plan = plan.clone();
+            world.plan = Arc::clone(plan);
             world.faults = faults;
             world.runs.retain(|slot, _| slots.contains(slot));
             world.resting = self.runs.resting();
@@ -231,13 +257,25 @@ pub struct Stamp {
     deleting: bool,
 }
 
+impl Stamp {
+    fn of(record: &SystemRecord) -> Self {
+        Self {
+            generation: record.generation,
+            deleting: record.deleted.is_some(),
+        }
+    }
+}
+
+/// What a system is told to be now, by uid.
+fn stamp(core: &Core, uid: &str) -> Option<Stamp> {
+    let registry = core.registry();
+    let record = registry.systems.values().find(|record| record.uid == uid);
+    record.map(|record| Stamp::of(record))
+}
+
 /// System uid → stamp.
 fn stamps(core: &Core) -> BTreeMap<String, Stamp> {
     let registry = core.registry();
-    let stamp = |record: &SystemRecord| Stamp {
-        generation: record.generation,
-        deleting: record.deleted.is_some(),
-    };
     let records = registry.systems.values();
-    records.map(|r| (r.uid.clone(), stamp(r))).collect()
+    records.map(|r| (r.uid.clone(), Stamp::of(r))).collect()
 }

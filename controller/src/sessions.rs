@@ -17,7 +17,7 @@ use tokio::time::Instant;
 pub use self::entry::{NodeEntry, Question, Session};
 use crate::fleet::Agent;
 
-/// Nodes that may greet: each takes a connection each way, and all objects are made anew for a change of one.
+/// Nodes that may greet: each takes a connection each way.
 const MAX_NODES: usize = 10_000;
 
 /// All nodes that ever greeted this controller.
@@ -80,11 +80,15 @@ impl Sessions {
         let session = Session::begin(&greeting, agent, now);
         let fresh = match nodes.get_mut(node) {
             None => {
-                let entry = NodeEntry::new(uid, session, greeting.inventory);
+                let entry = NodeEntry::new(uid, session, greeting.inventory.into());
                 nodes.insert(node.to_owned(), entry);
                 true
             }
-            Some(entry) => entry.take_over(node, session, greeting.inventory)?,
+            Some(entry) => {
+                let fresh = entry.take_over(node, session, greeting.inventory.into())?;
+                entry.tell_life();
+                fresh
+            }
         };
         drop(nodes);
         self.tell();
@@ -112,6 +116,7 @@ impl Sessions {
             inventory_changed: entry.beat(heartbeat, now),
             back: std::mem::take(&mut entry.lost),
         };
+        entry.tell_life();
         drop(nodes);
         if beat.back {
             self.tell();
@@ -128,6 +133,7 @@ impl Sessions {
             let end = entry.session.alive + UNKNOWN_AFTER;
             if end <= now {
                 entry.lost = true;
+                entry.tell_life();
                 lost.push(name.clone());
             } else {
                 next = Some(next.map_or(end, |n: Instant| n.min(end)));
@@ -140,7 +146,12 @@ impl Sessions {
     }
 
     /// Keeps what a question found.
-    pub fn observed(&self, node: &str, question: &Question, answer: Result<&Inventory, &str>) {
+    pub fn observed(
+        &self,
+        node: &str,
+        question: &Question,
+        answer: Result<&mut Arc<Inventory>, &str>,
+    ) {
         if let Some(entry) = self.nodes().get_mut(node) {
             match answer {
                 Ok(inventory) => entry.answered(question, inventory),
@@ -221,9 +232,21 @@ impl Sessions {
         reached.collect()
     }
 
+    /// Nodes, and the hosts that mean them.
+    pub fn aliases(&self) -> BTreeMap<String, Vec<String>> {
+        let nodes = self.nodes();
+        let named = nodes.iter();
+        named
+            .map(|(name, entry)| (name.clone(), entry.session.aliases.clone()))
+            .collect()
+    }
+
     /// A node is no longer one.
     pub fn forget(&self, node: &str) {
-        self.nodes().remove(node);
+        if let Some(mut entry) = self.nodes().remove(node) {
+            entry.lost = true;
+            entry.tell_life();
+        }
         self.tell();
     }
 
@@ -234,15 +257,10 @@ impl Sessions {
 
     /// Waits until a session is no longer the live one of its node.
     pub async fn ended(&self, node: &str, session: &str) {
-        let mut changed = self.changed.subscribe();
-        loop {
-            let live = self
-                .nodes()
-                .get(node)
-                .is_some_and(|entry| entry.session.id == session && !entry.lost);
-            if !live || changed.changed().await.is_err() {
-                return;
-            }
+        // Of this node alone: a thousand that wait must not wake for each other.
+        let life = self.nodes().get(node).map(NodeEntry::life);
+        if let Some(mut life) = life {
+            let _ = life.wait_for(|now| now.as_deref() != Some(session)).await;
         }
     }
 

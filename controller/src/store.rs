@@ -20,7 +20,7 @@ pub use self::backup::{Backup, BackupError};
 pub use self::durable::Durable;
 pub use self::memory::MemoryStore;
 pub use self::off_loop::OffLoop;
-pub use self::record::{NodeGeneration, Restored, State, SystemRecord, Write};
+pub use self::record::{NodeGeneration, Records, Restored, State, SystemRecord, Write};
 pub use self::redb::{RedbStore, nodes_of, numbers_of};
 
 /// Version of the tables. A store with a higher one is refused.

@@ -2,23 +2,28 @@
 //!
 //! Nothing here decides anything: [`crate::publish`] makes the objects.
 
+mod change;
 mod events;
 mod resource;
 mod ring;
+mod weight;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rts_controller_api::objects::{
-    Component, Connector, Event, Kind, List, ListMetadata, Manager, Node, System,
+    Component, Connector, Event, Kind, List, ListMetadata, Manager, Metadata, Node, System,
 };
-use rts_controller_api::watch::{WatchEvent, WatchType};
+use rts_controller_api::watch::WatchType;
 use rts_controller_api::{API_VERSION, Problem};
 use tokio::sync::watch;
 
+use self::change::Shown;
+pub use self::change::{Change, State};
 pub use self::events::Happening;
 pub use self::resource::{Resource, key};
-pub use self::ring::{Change, Ring};
+pub use self::ring::Ring;
+use self::weight::Weigh;
 
 /// Changes that a watcher can still resume from.
 const RING: usize = 4096;
@@ -36,17 +41,20 @@ pub struct View {
 /// Objects by kind and key.
 #[derive(Default)]
 pub struct Tables {
-    systems: BTreeMap<String, System>,
-    nodes: BTreeMap<String, Node>,
-    components: BTreeMap<String, Component>,
-    connectors: BTreeMap<String, Connector>,
-    managers: BTreeMap<String, Manager>,
+    systems: Table<System>,
+    nodes: Table<Node>,
+    components: Table<Component>,
+    connectors: Table<Connector>,
+    managers: Table<Manager>,
 }
+
+/// Objects of a kind by their keys, shared with the changes that made them.
+pub type Table<T> = BTreeMap<String, Arc<T>>;
 
 struct Inner {
     revision: u64,
     tables: Tables,
-    events: VecDeque<Event>,
+    events: VecDeque<Arc<Event>>,
     ring: Ring,
 }
 
@@ -74,11 +82,10 @@ impl View {
         let mut inner = self.inner();
         let mut old = std::mem::take(T::table(&mut inner.tables));
         let mut new = BTreeMap::new();
-        for mut object in objects {
+        for object in objects {
             let key = object.key();
             let before = old.remove(&key);
-            inner.settle(before, &mut object);
-            new.insert(key, object);
+            new.insert(key, inner.settle(before, object));
         }
         for (_, gone) in old {
             inner.gone(gone);
@@ -87,8 +94,45 @@ impl View {
         self.tell(&inner);
     }
 
+    /// Puts these objects in the place of those with the same keys; those that are `gone` are taken away.
+    pub fn patch<T: Resource>(
+        &self,
+        objects: impl IntoIterator<Item = T>,
+        gone: impl IntoIterator<Item = String>,
+    ) {
+        let mut inner = self.inner();
+        for object in objects {
+            let key = object.key();
+            let before = T::table(&mut inner.tables).remove(&key);
+            let object = inner.settle(before, object);
+            T::table(&mut inner.tables).insert(key, object);
+        }
+        for key in gone {
+            if let Some(gone) = T::table(&mut inner.tables).remove(&key) {
+                inner.gone(gone);
+            }
+        }
+        self.tell(&inner);
+    }
+
     /// All objects of a kind, sorted by name.
     pub fn list<T: Resource>(&self) -> List<T> {
+        let List {
+            api_version,
+            kind,
+            metadata,
+            items,
+        } = self.shared::<T>();
+        List {
+            api_version,
+            kind,
+            metadata,
+            items: items.into_iter().map(Arc::unwrap_or_clone).collect(),
+        }
+    }
+
+    /// The same, and nothing is copied for it.
+    pub fn shared<T: Resource>(&self) -> List<Arc<T>> {
         let mut inner = self.inner();
         let items = T::table(&mut inner.tables).values().cloned().collect();
         inner.list(items)
@@ -96,15 +140,23 @@ impl View {
 
     /// One object by its key ([`Resource::key`]).
     pub fn get<T: Resource>(&self, key: &str) -> Option<T> {
-        T::table(&mut self.inner().tables).get(key).cloned()
+        let mut inner = self.inner();
+        let found = T::table(&mut inner.tables).get(key);
+        found.map(|object| T::clone(object))
     }
 
     /// Appends to the event log.
     pub fn record(&self, happening: Happening, now: jiff::Timestamp) {
         let mut inner = self.inner();
         inner.revision += 1;
-        let event = happening.into_event(inner.revision, now);
-        inner.push(Kind::Event, WatchType::Added, &event);
+        let event = Arc::new(happening.into_event(inner.revision, now));
+        let weight = event.weight(None);
+        inner.push(
+            Kind::Event,
+            WatchType::Added,
+            Arc::clone(&event) as _,
+            weight,
+        );
         inner.events.push_back(event);
         if inner.events.len() > EVENTS {
             inner.events.pop_front();
@@ -114,6 +166,18 @@ impl View {
 
     /// The event log, oldest first.
     pub fn events(&self) -> List<Event> {
+        let inner = self.inner();
+        inner.list(
+            inner
+                .events
+                .iter()
+                .map(|event| Event::clone(event))
+                .collect(),
+        )
+    }
+
+    /// The same, and nothing is copied for it.
+    pub fn shared_events(&self) -> List<Arc<Event>> {
         let inner = self.inner();
         inner.list(inner.events.iter().cloned().collect())
     }
@@ -146,30 +210,30 @@ impl View {
 
     /// The changes that would make the present objects of a kind: what a watch without a version begins with.
     pub fn snapshot(&self, kind: Kind) -> (Vec<Arc<Change>>, u64) {
-        fn added<T: Resource>(list: Vec<T>) -> Vec<Arc<Change>> {
-            list.iter()
-                .map(|object| {
-                    let version = object.metadata().resource_version.parse().unwrap_or(0);
-                    change(T::KIND, WatchType::Added, version, object)
-                })
-                .collect()
+        fn added<T: Shown + 'static>(
+            kind: Kind,
+            list: Vec<Arc<T>>,
+            metadata: impl Fn(&T) -> &Metadata,
+        ) -> Vec<Arc<Change>> {
+            let change = |object: Arc<T>| {
+                let version = metadata(&object).resource_version.parse().unwrap_or(0);
+                Arc::new(Change::of(WatchType::Added, version, kind, object, 0))
+            };
+            list.into_iter().map(change).collect()
+        }
+        fn all<T: Resource>(view: &View) -> Vec<Arc<Change>> {
+            added(T::KIND, view.shared::<T>().items, T::metadata)
         }
         let version = self.revision();
         let changes = match kind {
-            Kind::System => added(self.list::<System>().items),
-            Kind::Node => added(self.list::<Node>().items),
-            Kind::Component => added(self.list::<Component>().items),
-            Kind::Connector => added(self.list::<Connector>().items),
-            Kind::Manager => added(self.list::<Manager>().items),
-            Kind::Event => self
-                .events()
-                .items
-                .iter()
-                .map(|event| {
-                    let version = event.metadata.resource_version.parse().unwrap_or(0);
-                    change(Kind::Event, WatchType::Added, version, event)
-                })
-                .collect(),
+            Kind::System => all::<System>(self),
+            Kind::Node => all::<Node>(self),
+            Kind::Component => all::<Component>(self),
+            Kind::Connector => all::<Connector>(self),
+            Kind::Manager => all::<Manager>(self),
+            Kind::Event => added(Kind::Event, self.shared_events().items, |event: &Event| {
+                &event.metadata
+            }),
         };
         (changes, version)
     }
@@ -189,7 +253,7 @@ impl View {
 
 impl Inner {
     /// Gives an object its version: the old one when only counters differ.
-    fn settle<T: Resource>(&mut self, before: Option<T>, object: &mut T) {
+    fn settle<T: Resource>(&mut self, before: Option<Arc<T>>, mut object: T) -> Arc<T> {
         let kind = match &before {
             None => WatchType::Added,
             Some(before) => {
@@ -197,25 +261,31 @@ impl Inner {
                     .metadata()
                     .resource_version
                     .clone_into(&mut object.metadata_mut().resource_version);
-                if before.is_same(object) {
-                    return;
+                if before.is_same(&object) {
+                    return Arc::new(object);
                 }
                 WatchType::Modified
             }
         };
         self.revision += 1;
         object.metadata_mut().resource_version = self.revision.to_string();
-        self.push(T::KIND, kind, object);
+        let weight = object.weight(before.as_deref());
+        let object = Arc::new(object);
+        self.push(T::KIND, kind, Arc::clone(&object) as _, weight);
+        object
     }
 
-    fn gone<T: Resource>(&mut self, mut object: T) {
+    fn gone<T: Resource>(&mut self, gone: Arc<T>) {
         self.revision += 1;
+        let weight = gone.weight(Some(&gone));
+        let mut object = Arc::unwrap_or_clone(gone);
         object.metadata_mut().resource_version = self.revision.to_string();
-        self.push(T::KIND, WatchType::Deleted, &object);
+        self.push(T::KIND, WatchType::Deleted, Arc::new(object), weight);
     }
 
-    fn push<T: serde::Serialize + Clone>(&mut self, kind: Kind, what: WatchType, object: &T) {
-        self.ring.push(change(kind, what, self.revision, object));
+    fn push(&mut self, kind: Kind, what: WatchType, object: Arc<dyn Shown>, weight: usize) {
+        let change = Change::of(what, self.revision, kind, object, weight);
+        self.ring.push(Arc::new(change));
     }
 
     fn list<T>(&self, items: Vec<T>) -> List<T> {
@@ -228,28 +298,6 @@ impl Inner {
             items,
         }
     }
-}
-
-fn change<T: serde::Serialize + Clone>(
-    kind: Kind,
-    what: WatchType,
-    revision: u64,
-    object: &T,
-) -> Arc<Change> {
-    let event = WatchEvent {
-        kind: what,
-        resource_version: revision.to_string(),
-        object: Some(object.clone()),
-    };
-    let json = serde_json::to_string(&event).unwrap_or_else(|e| {
-        tracing::error!(error = %e, "an object cannot be written as JSON");
-        String::from("{}")
-    });
-    Arc::new(Change {
-        revision,
-        kind,
-        json,
-    })
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ fn every_component_is_planned(spec: SystemSpec) {
         ..Inventory::default()
     };
     let observed = Observed {
-        nodes: BTreeMap::from([("local".to_owned(), NodeObserved::Known(nothing))]),
+        nodes: BTreeMap::from([("local".to_owned(), NodeObserved::Known(nothing.into()))]),
     };
     let plan = rts_plan::plan(&placed.desired, &observed, &Blocked::new());
     let count = |kind: &str| plan.steps.iter().filter(|s| s.work.kind() == kind).count();

@@ -55,7 +55,7 @@ pub fn system() -> System {
         active: 3,
         ..SystemStatus::default()
     };
-    object(Kind::System, "hello", spec, status)
+    object(Kind::System, "hello", spec.into(), status)
 }
 
 fn node() -> Node {

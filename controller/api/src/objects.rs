@@ -1,6 +1,7 @@
 //! Objects of the API: `apiVersion, kind, metadata, spec, status`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use rts_agent_api::messages::LedgerFence;
@@ -18,7 +19,7 @@ use utoipa::ToSchema;
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
 )]
 pub enum Kind {
-    /// A deployed system.
+    /// A deployed system. Its spec is shared: it is large, and does not change when the rest does.
     System,
     /// A machine with an agent.
     Node,
@@ -121,8 +122,8 @@ pub struct Condition {
     pub observed_generation: u64,
 }
 
-/// A deployed system.
-pub type System = Object<SystemSpec, SystemStatus>;
+/// A deployed system. Its spec is shared: it is large, and does not change when the rest does.
+pub type System = Object<Arc<SystemSpec>, SystemStatus>;
 /// A node.
 pub type Node = Object<NodeSpecView, NodeStatus>;
 /// A component.

@@ -1,6 +1,7 @@
 //! One schema per kind of object: a generic type has one name, and the kinds must not share it.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use rts_schemas::system::SystemSpec;
 use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
@@ -15,26 +16,29 @@ use crate::objects::{
 pub trait OfKind {
     /// The kind.
     const KIND: Kind;
+    /// What it looks like.
+    type Schema: ToSchema;
 }
 
 macro_rules! of_kind {
-    ($($spec:ty => $kind:ident),+ $(,)?) => {
+    ($($spec:ty => $kind:ident as $schema:ty),+ $(,)?) => {
         $(impl OfKind for $spec {
             const KIND: Kind = Kind::$kind;
+            type Schema = $schema;
         })+
     };
 }
 
 of_kind!(
-    SystemSpec => System,
-    NodeSpecView => Node,
-    ComponentView => Component,
-    ConnectorView => Connector,
-    ManagerView => Manager,
-    EventView => Event,
+    Arc<SystemSpec> => System as SystemSpec,
+    NodeSpecView => Node as NodeSpecView,
+    ComponentView => Component as ComponentView,
+    ConnectorView => Connector as ConnectorView,
+    ManagerView => Manager as ManagerView,
+    EventView => Event as EventView,
 );
 
-impl<Spec: OfKind + ToSchema, Status: ToSchema> PartialSchema for Object<Spec, Status> {
+impl<Spec: OfKind, Status: ToSchema> PartialSchema for Object<Spec, Status> {
     fn schema() -> RefOr<Schema> {
         let text = |values: &[String]| {
             let schema = ObjectBuilder::new().schema_type(Type::String);
@@ -47,7 +51,7 @@ impl<Spec: OfKind + ToSchema, Status: ToSchema> PartialSchema for Object<Spec, S
             .property("apiVersion", text(&[crate::API_VERSION.to_owned()]))
             .property("kind", text(&[kind]))
             .property("metadata", reference(Metadata::name()))
-            .property("spec", reference(Spec::name()))
+            .property("spec", reference(Spec::Schema::name()))
             .property("status", reference(Status::name()));
         for field in ["apiVersion", "kind", "metadata", "spec", "status"] {
             object = object.required(field);
@@ -56,7 +60,7 @@ impl<Spec: OfKind + ToSchema, Status: ToSchema> PartialSchema for Object<Spec, S
     }
 }
 
-impl<Spec: OfKind + ToSchema, Status: ToSchema> ToSchema for Object<Spec, Status> {
+impl<Spec: OfKind, Status: ToSchema> ToSchema for Object<Spec, Status> {
     fn name() -> Cow<'static, str> {
         format!("{:?}", Spec::KIND).into()
     }
@@ -67,7 +71,7 @@ impl<Spec: OfKind + ToSchema, Status: ToSchema> ToSchema for Object<Spec, Status
             T::schemas(schemas);
         }
         add::<Metadata>(schemas);
-        add::<Spec>(schemas);
+        add::<Spec::Schema>(schemas);
         add::<Status>(schemas);
     }
 }

@@ -44,8 +44,7 @@ pub use critical_path::{critical_path, nominal_micros};
 pub use drift::drift;
 pub use export::with_drift;
 pub use place::{
-    NodeFacts, PlaceError, Placed, Settled, StoredSystem, digest, node_of_host, place,
-    place_settled,
+    Hosts, NodeFacts, PlaceError, Placed, Settled, StoredSystem, digest, place, place_settled,
 };
 pub use planner::plan;
 pub use render::{render, summary};

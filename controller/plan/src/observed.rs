@@ -1,6 +1,7 @@
 //! Observed state: what the agents found when they were asked. Never what was sent to them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rts_schemas::system::{
     Configuration, Direction, ExecutionKind, OnDisconnect, PortKind, PortRef, Realtime,
@@ -26,8 +27,8 @@ pub enum NodeObserved {
         /// Why, for people.
         reason: String,
     },
-    /// The agent's inventory.
-    Known(Inventory),
+    /// The agent's inventory. Shared: it is most of what is known, and many look at it.
+    Known(Arc<Inventory>),
 }
 
 /// What really runs on a node, collected by its agent by asking every manager.

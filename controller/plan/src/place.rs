@@ -21,8 +21,8 @@ use crate::desired::{
 
 pub use self::context::Context;
 use self::elsewhere::{elsewhere, may_still_run};
-pub use self::nodes::node_of_host;
-use self::nodes::{choose_nodes, hosts};
+pub use self::nodes::Hosts;
+use self::nodes::choose_nodes;
 
 /// Manager of components that name none.
 pub const DEFAULT_MANAGER: &str = "main";
@@ -155,7 +155,7 @@ pub fn place_settled(
     }
     let mut sorted: Vec<&StoredSystem> = systems.iter().collect();
     sorted.sort_by(|a, b| a.reference.cmp(&b.reference));
-    let hosts = hosts(nodes, local);
+    let hosts = Hosts::new(nodes, local);
     let nothing = Settled::default();
     for system in &sorted {
         let settled = settled.get(&system.reference.uid).unwrap_or(&nothing);
@@ -179,7 +179,7 @@ fn place_system(
     placed: &mut Placed,
     system: &StoredSystem,
     settled: &Settled,
-    hosts: &BTreeMap<String, String>,
+    hosts: &Hosts,
     local: &str,
 ) {
     let nodes = choose_nodes(placed, system, settled, hosts, local);

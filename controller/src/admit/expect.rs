@@ -2,10 +2,11 @@
 //! between.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use rts_controller_api::requests::Expect;
 use rts_controller_api::{Problem, ProblemError};
-use rts_plan::plan::{Action, Change, Plan, Restart};
+use rts_plan::plan::{Action, Change, Plan, Restart, Step};
 use sha2::{Digest, Sha256};
 
 use super::check;
@@ -144,9 +145,14 @@ fn pointer(record: &SystemRecord, target: &str) -> String {
 
 /// Names what is done to one system, and what is stored of it: what goes on in others makes no other plan of it. One that
 /// is `new` has another uid each time it is planned, which makes no other plan, either.
-pub fn digest(plan: &Plan, record: &SystemRecord, new: bool) -> String {
+pub fn digest(plan: &Arc<Plan>, record: &SystemRecord, new: bool) -> String {
     let own = |change: &&Change| change.system.as_deref() == Some(record.name());
-    let mut part = by_system(plan).remove(&record.uid).unwrap_or_default();
+    let part = by_system(plan).remove(&record.uid);
+    let part = part.iter().flat_map(|part| &part.steps);
+    let mut part = Plan {
+        steps: part.map(Step::without_reasons).collect(),
+        ..Plan::default()
+    };
     part.changes = plan.changes.iter().filter(own).cloned().collect();
     for step in part.steps.iter_mut().filter(|_| new) {
         let manager = step.work.manager_mut();

@@ -20,6 +20,9 @@ use crate::store::SystemRecord;
 /// What one node must have: type → components that need it, and whether those are required.
 type OfNode = BTreeMap<String, BTreeMap<String, bool>>;
 
+/// Instance → when a stand-in takes its place.
+type Policies<'a> = BTreeMap<&'a str, StandIn>;
+
 /// Time that an agent has to answer. It may have to ask a module that hangs, for 5 s; it remembers that.
 const DEADLINE: Duration = Duration::from_secs(9);
 /// Files that were looked for and are listed.
@@ -56,12 +59,15 @@ pub async fn resolve(core: &Core, spec: &SystemSpec, types: &Types) -> Result<Fo
         let answer = ask(core, &node, &session, &types[&node]).await;
         (node, answer)
     });
+    let components = spec.components.iter();
+    let policies = components.map(|c| (c.instance.as_str(), c.stand_in.policy()));
+    let policies: Policies<'_> = policies.collect();
     let mut answered = false;
     for (node, answer) in join_all(asked).await {
         match answer {
             Ok(answer) => {
                 answered = true;
-                found.take(spec, &node, &types[&node], &answer);
+                found.take(spec, &policies, &node, &types[&node], &answer);
             }
             Err(problem) => found.without(&node, &types[&node], problem)?,
         }
@@ -131,13 +137,20 @@ impl Found {
     }
 
     /// Takes in what a node has.
-    fn take(&mut self, spec: &SystemSpec, node: &str, types: &OfNode, answer: &[ModuleResolution]) {
+    fn take(
+        &mut self,
+        spec: &SystemSpec,
+        policies: &Policies<'_>,
+        node: &str,
+        types: &OfNode,
+        answer: &[ModuleResolution],
+    ) {
         for (wanted, components) in types {
             let resolution = answer.iter().find(|r| r.type_name == *wanted);
             let module = resolution.and_then(|r| r.module.as_ref());
             let (stand_ins, real): (Vec<_>, Vec<_>) = components
                 .iter()
-                .partition(|(instance, _)| stands_in(spec, instance, module.is_some()));
+                .partition(|(instance, _)| stands_in(policies, instance, module.is_some()));
             let names = stand_ins.into_iter().map(|(instance, _)| instance.clone());
             self.stand_ins.extend(names);
             if real.is_empty() {
@@ -211,10 +224,8 @@ impl Found {
 }
 
 /// Whether a stand-in takes the place of a component whose module is there, or not.
-fn stands_in(spec: &SystemSpec, instance: &str, is_there: bool) -> bool {
-    let mut components = spec.components.iter();
-    let component = components.find(|component| component.instance == instance);
-    match component.map(|component| component.stand_in.policy()) {
+fn stands_in(policies: &Policies<'_>, instance: &str, is_there: bool) -> bool {
+    match policies.get(instance) {
         Some(StandIn::Always) => true,
         Some(StandIn::Missing) => !is_there,
         Some(StandIn::Never) | None => false,

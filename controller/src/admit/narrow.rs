@@ -15,7 +15,7 @@ pub fn narrow(
     if request.targets.is_empty() {
         return Ok(request.spec.clone());
     }
-    let stored = stored.map(|record| &record.spec);
+    let stored = stored.map(|record| record.spec.as_ref());
     target::narrow(stored, &request.spec, &request.targets).map_err(|unknown| {
         let target = request.targets.iter().position(|t| *t == unknown.target);
         let error = ProblemError {

@@ -11,20 +11,18 @@ use crate::store::SystemRecord;
 /// Places that stay: of components whose host means no node now, as long as it is the host that it was.
 pub fn kept(core: &Core, stored: &SystemRecord, spec: &SystemSpec) -> BTreeMap<String, String> {
     let records = core.registry().systems.clone();
-    let facts = core.facts(&records);
-    let of_old = |instance: &str| {
-        let mut old = stored.spec.components.iter();
-        old.find(|old| old.instance == instance)
-    };
+    let hosts = rts_plan::Hosts::new(&core.facts(&records), &core.local_node);
+    let old = stored.spec.components.iter();
+    let old: BTreeMap<&str, &ComponentSpec> = old.map(|c| (c.instance.as_str(), c)).collect();
     let stays = |component: &&ComponentSpec| {
         let placement = &component.placement;
         let (None, Some(host)) = (&placement.node, &placement.host) else {
             return false;
         };
-        let same = of_old(&component.instance).is_some_and(|old| {
+        let same = old.get(component.instance.as_str()).is_some_and(|old| {
             (&old.placement.node, &old.placement.host) == (&placement.node, &placement.host)
         });
-        same && rts_plan::node_of_host(&facts, &core.local_node, host).is_none()
+        same && hosts.node(host).is_none()
     };
     let components = spec.components.iter().filter(stays);
     components
@@ -42,11 +40,11 @@ pub fn places_of_old(
     if !record.places.is_empty() || record.deleted.is_some() {
         return None;
     }
-    let facts = core.facts(&BTreeMap::new());
+    let hosts = rts_plan::Hosts::new(&core.facts(&BTreeMap::new()), &core.local_node);
     let known = |component: &ComponentSpec| {
         let placement = &component.placement;
         let host = placement.host.as_ref().filter(|_| placement.node.is_none());
-        host.is_none_or(|h| rts_plan::node_of_host(&facts, &core.local_node, h).is_some())
+        host.is_none_or(|host| hosts.node(host).is_some())
     };
     let all = record.spec.components.iter().all(known);
     all.then(|| places(placed, &record.uid))

@@ -4,6 +4,7 @@
 mod words;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rts_plan::plan::{Action, Change, FieldChange, Plan};
 use rts_plan::render::details;
@@ -22,7 +23,7 @@ pub fn tell(plan: &mut Plan, old: &SystemRecord, new: &SystemRecord) {
     let mut new = new.clone();
     if old.spec.full_id.is_empty() {
         // Of a system that was taken in from its nodes the id was never known: to learn it changes nothing.
-        new.spec.full_id.clear();
+        Arc::make_mut(&mut new.spec).full_id.clear();
     }
     let beside = |record: &SystemRecord| {
         let (digests, places) = (record.digests.clone(), record.places.clone());

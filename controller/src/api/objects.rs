@@ -1,19 +1,23 @@
 //! Lists, watches and single objects.
 
-use axum::extract::State;
+use std::sync::Arc;
+
+use axum::extract::State as Of;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use rts_agent_api::messages::LogQuery;
 use rts_controller_api::Problem;
-use rts_controller_api::objects::{Component, Connector, Event, Kind, List, Manager, Node, System};
+use rts_controller_api::objects::{
+    Component, Connector, Event, Kind, List, Manager, Node, Object, System,
+};
 use rts_controller_api::watch::WatchEvent;
 use rts_http::server::{Json, Principal};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::extract::{Params, Segments};
 use super::pass::{opened, pass_on};
 use super::{Answer, App, managers, watch};
-use crate::view::{Resource, key};
+use crate::view::{Resource, State, key};
 
 /// Query of a list.
 #[derive(Debug, Default, Deserialize)]
@@ -23,6 +27,15 @@ pub struct ListQuery {
     watch: Option<String>,
     /// Version to watch from; none begins with all objects as they are.
     resource_version: Option<String>,
+    /// False: objects without their spec.
+    spec: Option<String>,
+}
+
+/// Query of a single object.
+#[derive(Debug, Default, Deserialize)]
+pub struct OneQuery {
+    /// False: without its spec.
+    spec: Option<String>,
 }
 
 macro_rules! collection {
@@ -35,7 +48,9 @@ macro_rules! collection {
                 ("resourceVersion" = Option<String>, Query,
                     description = "Version to watch from; none begins with all objects and a bookmark"),
                 ("Last-Event-ID" = Option<String>, Header,
-                    description = "Last `id:` of a watch that is gone on with; goes before resourceVersion")
+                    description = "Last `id:` of a watch that is gone on with; goes before resourceVersion"),
+                ("spec" = Option<bool>, Query,
+                    description = "`false`: objects without their spec, for those who follow how they are")
             ),
             responses(
                 (status = 200, description = "The list, or the stream of its changes", content(
@@ -46,28 +61,30 @@ macro_rules! collection {
             )
         )]
         pub async fn $name(
-            State(app): State<App>,
+            Of(app): Of<App>,
             _: Principal,
             headers: HeaderMap,
             Params(query): Params<ListQuery>,
         ) -> Answer<Response> {
-            if wants_watch(&query)? {
-                return from(&query, &headers).and_then(|from| watch::watch(&app, Kind::$kind, from));
+            let with_spec = is_true("spec", query.spec.as_deref(), true)?;
+            if is_true("watch", query.watch.as_deref(), false)? {
+                let from = from(&query, &headers)?;
+                return watch::watch(&app, Kind::$kind, from, with_spec);
             }
             if $fresh {
                 app.core.refresh().await;
             }
-            Ok(Json(list!(app, $kind)).into_response())
+            Ok(listed(list!(app, $kind), with_spec))
         }
     };
 }
 
 macro_rules! list {
     ($app:ident, Event) => {
-        $app.core.view.events()
+        $app.core.view.shared_events()
     };
     ($app:ident, $kind:ident) => {
-        $app.core.view.list::<$kind>()
+        $app.core.view.shared::<$kind>()
     };
 }
 
@@ -105,7 +122,7 @@ collection!(
     )
 )]
 pub async fn node(
-    State(app): State<App>,
+    Of(app): Of<App>,
     _: Principal,
     Segments(name): Segments<String>,
 ) -> Answer<Response> {
@@ -122,7 +139,7 @@ pub async fn node(
     )
 )]
 pub async fn component(
-    State(app): State<App>,
+    Of(app): Of<App>,
     _: Principal,
     Segments((node, instance)): Segments<(String, String)>,
 ) -> Answer<Response> {
@@ -150,7 +167,7 @@ pub async fn component(
     )
 )]
 pub async fn log(
-    State(app): State<App>,
+    Of(app): Of<App>,
     _: Principal,
     Segments((node, instance)): Segments<(String, String)>,
     Params(query): Params<LogQuery>,
@@ -175,7 +192,7 @@ pub async fn log(
     )
 )]
 pub async fn connector(
-    State(app): State<App>,
+    Of(app): Of<App>,
     _: Principal,
     Segments((system, name)): Segments<(String, String)>,
 ) -> Answer<Response> {
@@ -195,7 +212,7 @@ pub async fn connector(
     )
 )]
 pub async fn manager(
-    State(app): State<App>,
+    Of(app): Of<App>,
     _: Principal,
     Segments((node, name)): Segments<(String, String)>,
 ) -> Answer<Response> {
@@ -207,8 +224,12 @@ pub async fn manager(
 
 /// An object with its version as ETag.
 pub fn with_etag<T: Resource>(object: T) -> Response {
-    let tag = format!("\"{}\"", object.metadata().resource_version);
-    let mut response = Json(object).into_response();
+    let version = object.metadata().resource_version.clone();
+    tagged(&version, Json(object).into_response())
+}
+
+fn tagged(version: &str, mut response: Response) -> Response {
+    let tag = format!("\"{version}\"");
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         response.headers_mut().insert(header::ETAG, tag);
     }
@@ -222,15 +243,43 @@ fn one<T: Resource>(app: &App, key: &str, what: impl FnOnce() -> String) -> Answ
 }
 
 /// `watch=true` and `watch=1`, as Kubernetes takes them.
-fn wants_watch(query: &ListQuery) -> Answer<bool> {
-    match query.watch.as_deref() {
-        None | Some("false" | "0") => Ok(false),
+fn is_true(key: &str, value: Option<&str>, else_: bool) -> Answer<bool> {
+    match value {
+        None => Ok(else_),
+        Some("false" | "0") => Ok(false),
         Some("true" | "1" | "") => Ok(true),
         Some(other) => Err(Problem::bad_request(format!(
-            "watch={other} is not understood: write watch=true or watch=false"
+            "{key}={other} is not understood: write {key}=true or {key}=false"
         ))
         .into()),
     }
+}
+
+/// A list, whose objects are given with their spec or without.
+fn listed<Spec: Serialize, Status: Serialize>(
+    list: List<Arc<Object<Spec, Status>>>,
+    with_spec: bool,
+) -> Response {
+    if with_spec {
+        return Json(list).into_response();
+    }
+    let states = list.items.iter().map(|object| State::from(object.as_ref()));
+    Json(List {
+        items: states.collect(),
+        api_version: list.api_version.clone(),
+        kind: list.kind.clone(),
+        metadata: list.metadata.clone(),
+    })
+    .into_response()
+}
+
+/// A system as it is, and without its spec where that is not asked for.
+pub fn system_as_asked(system: System, query: &OneQuery) -> Answer<Response> {
+    if is_true("spec", query.spec.as_deref(), true)? {
+        return Ok(with_etag(system));
+    }
+    let state = Json(State::from(&system)).into_response();
+    Ok(tagged(&system.metadata.resource_version, state))
 }
 
 /// The version to watch from: `Last-Event-ID` of a reader that comes back, else the query's.

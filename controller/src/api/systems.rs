@@ -1,5 +1,7 @@
 //! Systems: apply, plan, delete.
 
+use std::sync::Arc;
+
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -10,14 +12,18 @@ use rts_http::server::{Json, Principal};
 
 use super::audit::audit;
 use super::extract::{Params, Segments};
-use super::objects::with_etag;
+use super::objects::{OneQuery, system_as_asked, with_etag};
 use super::{Answer, App};
 use crate::admit::{self, Admitted};
 use crate::apply::{Precondition, apply_if, delete_but, find, missing};
 
 /// One system.
 #[utoipa::path(
-    get, path = "/v1/systems/{name}", params(("name" = String, Path,)),
+    get, path = "/v1/systems/{name}",
+    params(
+        ("name" = String, Path,),
+        ("spec" = Option<bool>, Query, description = "`false`: without its spec, for those who follow how it is")
+    ),
     responses(
         (status = 200, body = System, headers(("ETag" = String, description = "The resourceVersion"))),
         (status = 404, body = Problem)
@@ -27,8 +33,9 @@ pub async fn get(
     State(app): State<App>,
     _: Principal,
     Segments(name): Segments<String>,
+    Params(query): Params<OneQuery>,
 ) -> Answer<Response> {
-    Ok(with_etag(find(&app.core, &name)?))
+    system_as_asked(find(&app.core, &name)?, &query)
 }
 
 /// Applies a system. 202: stored as a new generation; 200: the very same is stored already.
@@ -108,7 +115,7 @@ fn planned(admitted: Admitted) -> PlanResult {
     PlanResult {
         index: admitted.record.index,
         digest: admitted.digest(),
-        plan: admitted.plan,
+        plan: Arc::unwrap_or_clone(admitted.plan),
         notes: admitted.notes,
     }
 }

@@ -34,14 +34,16 @@ struct Reader {
     /// What is pending are the objects as they were when the watch began. They are not in the order of their versions,
     /// so only the bookmark after the last of them says from where to go on.
     snapshot: bool,
+    /// Objects are sent with their spec.
+    with_spec: bool,
     latest: signal::Receiver<u64>,
     ending: signal::Receiver<bool>,
     bookmark: Interval,
     _permit: OwnedSemaphorePermit,
 }
 
-/// Answers with a stream that begins after a version, or with all objects as they are.
-pub fn watch(app: &App, kind: Kind, from: Option<u64>) -> Answer<Response> {
+/// Answers with a stream that begins after a version, or with all objects as they are; with their spec or without.
+pub fn watch(app: &App, kind: Kind, from: Option<u64>, with_spec: bool) -> Answer<Response> {
     let permit = permit(app)?;
     let latest = app.core.view.subscribe();
     let (pending, after) = match from {
@@ -54,6 +56,7 @@ pub fn watch(app: &App, kind: Kind, from: Option<u64>) -> Answer<Response> {
         after,
         pending: pending.into(),
         snapshot: from.is_none(),
+        with_spec,
         latest,
         ending: app.ending.clone(),
         bookmark: tokio::time::interval_at(Instant::now() + BOOKMARK, BOOKMARK),
@@ -79,11 +82,11 @@ impl Reader {
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(change) = self.pending.pop_front() {
-                if self.snapshot {
-                    return Some(Event::default().data(&change.json));
-                }
-                let id = change.revision.to_string();
-                return Some(Event::default().id(id).data(&change.json));
+                let event = Event::default().data(change.json(self.with_spec));
+                return Some(match self.snapshot {
+                    true => event,
+                    false => event.id(change.revision.to_string()),
+                });
             }
             if std::mem::take(&mut self.snapshot) {
                 return self.mark();

@@ -1,9 +1,9 @@
 //! Cuts a plan into one batch per node, with gates where a step needs another node's step. Pure.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rts_agent_api::messages::Batch;
-use rts_plan::plan::{Plan, Step, StepId};
+use rts_plan::plan::{Plan, StepId};
 
 use super::run::{Accepted, Store};
 
@@ -18,8 +18,8 @@ pub fn cut(
     accepted: &BTreeMap<String, Accepted>,
     deadline_ms: u64,
 ) -> BTreeMap<String, Batch> {
-    let node_of: BTreeMap<StepId, &str> =
-        plan.steps.iter().map(|s| (s.id, s.node.as_str())).collect();
+    let steps = plan.steps.iter();
+    let node_of: HashMap<StepId, &str> = steps.map(|s| (s.id, s.node.as_str())).collect();
     let mut batches = BTreeMap::new();
     for step in &plan.steps {
         let Some(Accepted { generation, seen }) = accepted.get(&step.node) else {
@@ -36,11 +36,8 @@ pub fn cut(
             parallelism: PARALLELISM,
             seen: seen.clone(),
         });
-        // Rules are told to people and are most of what a step weighs: an agent never reads them.
-        batch.steps.push(Step {
-            because: Vec::new(),
-            ..step.clone()
-        });
+        // An agent never reads them.
+        batch.steps.push(step.without_reasons());
         let foreign = |id: &StepId| node_of.get(id) != Some(&step.node.as_str());
         let foreign = step.before().filter(foreign);
         batch.gates.extend(foreign);
@@ -54,7 +51,7 @@ pub fn cut(
 
 #[cfg(test)]
 mod tests {
-    use rts_plan::plan::{Because, OrderName, Rule, Work};
+    use rts_plan::plan::{Because, OrderName, Rule, Step, Work};
 
     use super::*;
 

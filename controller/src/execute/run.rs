@@ -1,7 +1,7 @@
 //! One run of a plan.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use futures_util::StreamExt;
@@ -43,12 +43,25 @@ pub struct Accepted {
 pub type Store<'a> = (&'a str, u64);
 
 /// Where each step of a run is.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Progress {
     /// Steps that run.
     pub running: BTreeSet<StepId>,
     /// Steps that ended.
     pub ended: BTreeMap<StepId, StepOutcome>,
+    /// How many of them succeeded.
+    pub succeeded: usize,
+}
+
+/// The same, written by the run and read by others. Held for moments.
+#[derive(Debug, Clone, Default)]
+pub struct SharedProgress(Arc<Mutex<Progress>>);
+
+impl SharedProgress {
+    /// To look at it, or to change it.
+    pub fn lock(&self) -> MutexGuard<'_, Progress> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Carries out one plan.
@@ -63,7 +76,9 @@ pub struct Executor<'a> {
     reports: SelectAll<BoxStream<'static, Report>>,
     releases: FuturesUnordered<BoxFuture<'static, ()>>,
     /// Where it is.
-    pub progress: Progress,
+    progress: SharedProgress,
+    /// Node → its steps.
+    steps_of: BTreeMap<&'a str, Vec<StepId>>,
     /// Nodes whose agent refused its steps or was lost, and why.
     pub faults: BTreeMap<String, String>,
 }
@@ -77,6 +92,7 @@ impl<'a> Executor<'a> {
         peers: BTreeMap<String, Peer>,
         absent: &BTreeMap<String, String>,
         starts: &StartTimeouts,
+        progress: SharedProgress,
     ) -> Self {
         let accepted = peers
             .iter()
@@ -93,7 +109,8 @@ impl<'a> Executor<'a> {
             fresh: Vec::new(),
             reports: SelectAll::new(),
             releases: FuturesUnordered::new(),
-            progress: Progress::default(),
+            progress,
+            steps_of: BTreeMap::new(),
             faults: BTreeMap::new(),
         };
         for (node, peer) in peers {
@@ -103,6 +120,8 @@ impl<'a> Executor<'a> {
             }
         }
         for step in &plan.steps {
+            let own = run.steps_of.entry(&step.node).or_default();
+            own.push(step.id);
             if !run.agents.contains_key(&step.node) {
                 let reason = absent
                     .get(&step.node)
@@ -132,16 +151,17 @@ impl<'a> Executor<'a> {
 
     /// Steps that ended since the last call.
     pub fn take_ended(&mut self) -> Vec<(&'a Step, StepOutcome)> {
+        let progress = self.progress.lock();
         let fresh = std::mem::take(&mut self.fresh).into_iter();
         fresh
-            .filter_map(|id| Some((step(self.plan, id)?, self.progress.ended.get(&id)?.clone())))
+            .filter_map(|id| Some((step(self.plan, id)?, progress.ended.get(&id)?.clone())))
             .collect()
     }
 
     fn take(&mut self, report: Report) {
         match report {
             Report::Event(node, BatchEvent::Started { step }) if self.owns(&node, step) => {
-                self.progress.running.insert(step);
+                self.progress.lock().running.insert(step);
                 self.release(step, |id| GateReport {
                     started: vec![id],
                     succeeded: Vec::new(),
@@ -161,10 +181,16 @@ impl<'a> Executor<'a> {
                 }
                 let never = || Broken::Failed("its agent never told of it".to_owned());
                 let why = why.unwrap_or_else(never);
-                for step in &self.plan.steps {
-                    if step.node == node && !self.progress.ended.contains_key(&step.id) {
-                        let runs = self.progress.running.contains(&step.id);
-                        self.ended(step.id, broken_off(&why, runs));
+                for id in self.steps_of.remove(node.as_str()).unwrap_or_default() {
+                    let (is_over, runs) = {
+                        let progress = self.progress.lock();
+                        (
+                            progress.ended.contains_key(&id),
+                            progress.running.contains(&id),
+                        )
+                    };
+                    if !is_over {
+                        self.ended(id, broken_off(&why, runs));
                     }
                 }
                 self.agents.remove(&node);
@@ -174,12 +200,16 @@ impl<'a> Executor<'a> {
 
     /// The first outcome of a step counts.
     fn ended(&mut self, step: StepId, outcome: StepOutcome) {
-        self.progress.running.remove(&step);
-        if self.progress.ended.contains_key(&step) {
-            return;
-        }
         let good = outcome == StepOutcome::Succeeded;
-        self.progress.ended.insert(step, outcome);
+        {
+            let mut progress = self.progress.lock();
+            progress.running.remove(&step);
+            if progress.ended.contains_key(&step) {
+                return;
+            }
+            progress.ended.insert(step, outcome);
+            progress.succeeded += usize::from(good);
+        }
         self.fresh.push(step);
         self.release(step, |id| GateReport {
             started: Vec::new(),

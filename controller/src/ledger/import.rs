@@ -1,15 +1,14 @@
 //! Rebuilds records of systems from a node's spec, so that they are placed as they run. Pure.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use rts_plan::Placed;
 use rts_plan::desired::{Elsewhere, NodeSpec, NodeSystem};
 use rts_schemas::system::{Orders, SystemSpec};
 
-use crate::store::{SystemRecord, Write};
-
-type Records = BTreeMap<String, SystemRecord>;
+use crate::store::{Records, SystemRecord, Write};
 
 /// Records with a node's ledger taken in.
 #[derive(Debug, Default)]
@@ -40,7 +39,7 @@ impl Import {
         let changed = new.filter(|record| stored.get(record.name()) != Some(*record));
         let gone = stored.keys().filter(|n| !self.records.contains_key(*n));
         let mut writes: Vec<Write> = gone.cloned().map(Write::RemoveSystem).collect();
-        writes.extend(changed.map(|record| Write::PutSystem(Box::new(record.clone()))));
+        writes.extend(changed.map(|record| Write::PutSystem(Arc::clone(record))));
         writes
     }
 }
@@ -96,7 +95,7 @@ pub fn replace(
         surpass(&mut import, &spec.node, part);
     }
     for part in spec.systems.iter().filter(unsaid) {
-        let other = |record: &&SystemRecord| record.uid != part.system.uid;
+        let other = |record: &&Arc<SystemRecord>| record.uid != part.system.uid;
         let name = &part.system.name;
         if import.records.get(name).filter(other).is_some() {
             import.records.remove(name);
@@ -115,6 +114,7 @@ fn surpass(import: &mut Import, node: &str, part: &NodeSystem) {
     let Some(record) = own.filter(|record| record.uid == part.system.uid) else {
         return;
     };
+    let record = Arc::make_mut(record);
     record.nodes.insert(node.to_owned());
     record.generation = record.generation.max(part.generation.saturating_add(1));
     // What was moved away since may still run there.
@@ -146,7 +146,8 @@ fn leave(import: &mut Import, old: &NodeSystem, new: Option<&NodeSystem>) {
         .map(|c| c.spec.instance.as_str())
         .collect();
     let was = |instance: &str| old.components.iter().any(|c| c.spec.instance == instance);
-    let spec = &mut record.spec;
+    let record = Arc::make_mut(record);
+    let spec = Arc::make_mut(&mut record.spec);
     let before = spec.components.len();
     spec.components
         .retain(|c| !was(&c.instance) || kept.contains(c.instance.as_str()));
@@ -179,12 +180,16 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
         import.older.insert(name.clone());
         return;
     }
-    let mut record = before.clone().unwrap_or_else(|| fresh(part, now));
+    let mut record = before
+        .as_deref()
+        .cloned()
+        .unwrap_or_else(|| fresh(part, now));
+    let spec = Arc::make_mut(&mut record.spec);
     let mut places = record.places.clone();
     for placed in &part.components {
         let component = placed.spec.clone();
         places.insert(component.instance.clone(), node.to_owned());
-        let all = &mut record.spec.components;
+        let all = &mut spec.components;
         match all.iter_mut().find(|c| c.instance == component.instance) {
             Some(old) => *old = component,
             None => all.push(component),
@@ -201,26 +206,26 @@ fn take(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
             None => drop(record.digests.remove(&type_name)),
         }
     }
-    record.settle(places);
-    for placed in &part.components {
-        let instance = &placed.spec.instance;
-        settle_left(&mut record, instance, part.elsewhere.get(instance));
-    }
     for placed in &part.connectors {
         let connector = placed.spec.clone();
-        let all = &mut record.spec.connectors;
+        let all = &mut spec.connectors;
         match all.iter_mut().find(|c| c.name == connector.name) {
             Some(old) => *old = connector,
             None => all.push(connector),
         }
     }
-    record.spec.orders.clone_from(&part.orders);
+    spec.orders.clone_from(&part.orders);
+    record.settle(places);
+    for placed in &part.components {
+        let instance = &placed.spec.instance;
+        settle_left(&mut record, instance, part.elsewhere.get(instance));
+    }
     record.nodes.insert(node.to_owned());
-    if before.as_ref() != Some(&record) {
+    if before.as_deref() != Some(&record) {
         grow(&mut record, part);
         import.adopted.insert(name.clone());
     }
-    import.records.insert(name.clone(), record);
+    import.records.insert(name.clone(), Arc::new(record));
 }
 
 /// What a ledger has, no other node may have made meanwhile: none is told to before that ledger has it no longer. Where the
@@ -239,15 +244,18 @@ fn settle_left(record: &mut SystemRecord, instance: &str, there: Option<&Elsewhe
 fn end(import: &mut Import, node: &str, part: &NodeSystem, now: Timestamp) {
     let name = &part.system.name;
     let record = import.records.entry(name.clone());
-    let record = record.or_insert_with(|| SystemRecord {
-        deleted: Some(now),
-        spec: SystemSpec {
-            composites: Vec::new(),
-            orders: part.orders.clone(),
-            ..fresh(part, now).spec
-        },
-        ..fresh(part, now)
+    let record = record.or_insert_with(|| {
+        Arc::new(SystemRecord {
+            deleted: Some(now),
+            spec: Arc::new(SystemSpec {
+                composites: Vec::new(),
+                orders: part.orders.clone(),
+                ..Arc::unwrap_or_clone(fresh(part, now).spec)
+            }),
+            ..fresh(part, now)
+        })
     });
+    let record = Arc::make_mut(record);
     record.nodes.insert(node.to_owned());
     if record.deleted.is_none() {
         record.deleted = Some(now);
@@ -273,14 +281,14 @@ fn fresh(part: &NodeSystem, now: Timestamp) -> SystemRecord {
         uid: part.system.uid.clone(),
         generation: part.generation,
         index: 0,
-        spec: SystemSpec {
+        spec: Arc::new(SystemSpec {
             composites: Vec::new(),
             name: part.system.name.clone(),
             full_id: String::new(),
             components: Vec::new(),
             connectors: Vec::new(),
             orders: Orders::default(),
-        },
+        }),
         digests: BTreeMap::new(),
         stand_ins: BTreeMap::new(),
         nodes: BTreeSet::new(),

@@ -203,8 +203,12 @@ pub async fn commit(
     let stored = core.registry().systems.clone();
     let mut writes = more;
     let records = import.records.values_mut();
-    let changed = records.filter(|record| stored.get(record.name()) != Some(*record));
-    writes.extend(changed.map(|record| core.number(record)).last());
+    let changed = records.filter(|record| stored.get(record.name()) != Some(&**record));
+    writes.extend(
+        changed
+            .map(|record| core.number(Arc::make_mut(record)))
+            .last(),
+    );
     writes.extend(import.writes(&stored));
     core.store.write(writes.clone()).await?;
     {

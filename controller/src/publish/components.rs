@@ -16,29 +16,32 @@ struct Both<'a> {
     observed: Option<(&'a ManagerObserved, &'a ComponentObserved, bool)>,
 }
 
-/// All components.
+/// The components of a node.
 ///
 /// `before` gives what was published last: of an absent component, the count of its restarts stays.
-pub fn components(scene: &Scene<'_>, before: impl Fn(&str) -> Option<Component>) -> Vec<Component> {
-    let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
-    for (node, spec) in &scene.world.placed.desired.nodes {
-        for part in &spec.systems {
-            for placed in &part.components {
-                let both = all.entry((node, &placed.spec.instance)).or_default();
-                both.desired = Some((&part.system, placed));
-            }
+pub fn of_node(
+    scene: &Scene<'_>,
+    node: &str,
+    before: impl Fn(&str) -> Option<Component>,
+) -> Vec<Component> {
+    let mut all: BTreeMap<&str, Both<'_>> = BTreeMap::new();
+    let spec = scene.world.placed.desired.nodes.get(node);
+    for part in spec.into_iter().flat_map(|spec| &spec.systems) {
+        for placed in &part.components {
+            let both = all.entry(&placed.spec.instance).or_default();
+            both.desired = Some((&part.system, placed));
         }
     }
-    for (node, (inventory, known)) in &scene.inventories {
+    if let Some((inventory, known)) = scene.inventories.get(node) {
         for manager in &inventory.managers {
             for component in &manager.components {
-                let both = all.entry((node, &component.instance)).or_default();
+                let both = all.entry(&component.instance).or_default();
                 both.observed = Some((manager, component, *known));
             }
         }
     }
     all.iter()
-        .map(|((node, instance), both)| {
+        .map(|(instance, both)| {
             let mut now = component(scene, node, instance, both);
             let before = match both.observed {
                 None => before(&key(instance, node)),
@@ -171,7 +174,7 @@ fn metadata(
 ) -> Metadata {
     let record = both
         .desired
-        .and_then(|(system, _)| scene.registry.systems.get(&system.name));
+        .and_then(|(system, _)| scene.systems.get(&system.name));
     let uid = match &both.desired {
         Some((system, _)) => format!("{}/{instance}", system.uid),
         None => status.incarnation.clone(),

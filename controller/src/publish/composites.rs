@@ -13,7 +13,7 @@ use crate::store::SystemRecord;
 
 /// The composites of all systems; `components` are those that they may stand for.
 pub fn composites(scene: &Scene<'_>, components: &[Component]) -> Vec<Component> {
-    let records = scene.registry.systems.values();
+    let records = scene.systems.values();
     let records = records.filter(|record| !record.spec.composites.is_empty());
     records
         .flat_map(|record| of_system(record, components))

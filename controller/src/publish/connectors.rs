@@ -1,6 +1,6 @@
 //! Connector objects: what is desired and what the owning end reports, joined by system and name.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::objects::{Connector, ConnectorStatus, ConnectorView, Kind, Metadata};
 use rts_plan::desired::{PlacedConnector, SystemRef};
@@ -13,7 +13,7 @@ use super::{Scene, object};
 #[derive(Default)]
 struct Both<'a> {
     desired: Option<(&'a SystemRef, &'a PlacedConnector)>,
-    observed: Option<(&'a ConnectorObserved, bool)>,
+    observed: Option<(&'a ConnectorObserved, bool, &'a str)>,
     /// The end at its in-port, when that is on another node: only that one's agent knows what came.
     far: Option<&'a BindingObserved>,
 }
@@ -21,14 +21,45 @@ struct Both<'a> {
 /// Ends of connectors at in-ports, by connector, incarnation of the component and in-port, with their nodes.
 type Ends<'a> = BTreeMap<(&'a str, &'a str, &'a str), (&'a str, &'a BindingObserved)>;
 
-/// All connectors.
-pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
+/// A connector, and the node that it is shown with.
+pub struct Found<'a> {
+    /// That of its source.
+    pub node: &'a str,
+    /// It.
+    pub connector: Connector,
+}
+
+/// The connectors whose sources are on these nodes, and whether they are of these nodes alone: desired where they are
+/// observed. One that is not (it was moved, or made by hand) is to be shown with those of all nodes.
+pub fn of_nodes<'a>(scene: &Scene<'a>, nodes: &BTreeSet<&'a str>) -> (Vec<Found<'a>>, bool) {
+    let mut regular = true;
+    let joined = joined(scene, nodes).into_iter();
+    let found = joined.map(|((system, name), both)| {
+        let source = both.desired.map(|(_, placed)| placed.source.node.as_str());
+        let seen = both.observed.map(|(.., node)| node);
+        regular &= source.is_some() && (seen.is_none() || seen == source);
+        Found {
+            node: source.or(seen).unwrap_or_default(),
+            connector: connector(scene, system, name, &both),
+        }
+    });
+    (found.collect(), regular)
+}
+
+/// What is desired and what is observed on these nodes, by system and name.
+fn joined<'a>(
+    scene: &Scene<'a>,
+    nodes: &BTreeSet<&'a str>,
+) -> BTreeMap<(&'a str, &'a str), Both<'a>> {
     let mut all: BTreeMap<(&str, &str), Both<'_>> = BTreeMap::new();
-    for spec in scene.world.placed.desired.nodes.values() {
+    let mut far = BTreeSet::new();
+    for node in nodes {
+        let spec = scene.world.placed.desired.nodes.get(*node);
         // The part of a system that goes has no components; what is there of its connectors is observed.
-        let parts = spec.systems.iter().filter(|p| !p.components.is_empty());
-        for part in parts {
-            for placed in &part.connectors {
+        let parts = spec.into_iter().flat_map(|spec| &spec.systems);
+        for part in parts.filter(|p| !p.components.is_empty()) {
+            for placed in part.connectors.iter().filter(|c| c.source.node == **node) {
+                far.insert(placed.target.node.as_str());
                 let both = all
                     .entry((&part.system.name, &placed.spec.name))
                     .or_default();
@@ -36,15 +67,18 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
             }
         }
     }
-    let ends = ends(scene);
-    for (node, (inventory, known)) in &scene.inventories {
+    let ends = ends(scene, nodes.iter().copied().chain(far));
+    for node in nodes {
+        let Some((inventory, known)) = scene.inventories.get(node) else {
+            continue;
+        };
         for manager in &inventory.managers {
             let known = *known && manager.responsive;
             for component in &manager.components {
                 let system = component.system.as_ref().map_or("", |s| s.name.as_str());
                 for connector in &component.connectors {
                     let both = all.entry((system, &connector.name)).or_default();
-                    both.observed = Some((connector, known));
+                    both.observed = Some((connector, known, node));
                     let (name, port) = (connector.name.as_str(), connector.target.port.as_str());
                     let end = ends.get(&(name, connector.target_incarnation.as_str(), port));
                     both.far = end.filter(|(of, _)| of != node).map(|(_, end)| *end);
@@ -52,16 +86,15 @@ pub fn connectors(scene: &Scene<'_>) -> Vec<Connector> {
             }
         }
     }
-    all.iter()
-        .map(|((system, name), both)| connector(scene, system, name, both))
-        .collect()
+    all
 }
 
-fn ends<'a>(scene: &Scene<'a>) -> Ends<'a> {
+fn ends<'a>(scene: &Scene<'a>, nodes: impl Iterator<Item = &'a str>) -> Ends<'a> {
     let mut ends = Ends::new();
-    for (node, (inventory, _)) in &scene.inventories {
-        let components = inventory.managers.iter().flat_map(|m| &m.components);
-        for component in components {
+    for node in nodes.collect::<BTreeSet<_>>() {
+        let inventory = scene.inventories.get(node).map(|(inventory, _)| inventory);
+        let managers = inventory.into_iter().flat_map(|all| &all.managers);
+        for component in managers.flat_map(|m| &m.components) {
             for end in component.bindings.iter().filter(|end| end.connected) {
                 let key = (
                     end.connector.as_str(),
@@ -77,7 +110,7 @@ fn ends<'a>(scene: &Scene<'a>) -> Ends<'a> {
 
 fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Connector {
     let mut status = match &both.observed {
-        Some((found, known)) => as_observed(found, both.far, *known),
+        Some((found, known, _)) => as_observed(found, both.far, *known),
         None => ConnectorStatus {
             state: absent(scene, both).to_owned(),
             ..ConnectorStatus::default()
@@ -107,7 +140,7 @@ fn connector(scene: &Scene<'_>, system: &str, name: &str, both: &Both<'_>) -> Co
             (Some(_), reason) => reason,
         };
     }
-    let record = scene.registry.systems.get(system);
+    let record = scene.systems.get(system);
     let metadata = Metadata {
         name: name.to_owned(),
         uid: record.map_or_else(|| name.to_owned(), |r| format!("{}/{name}", r.uid)),
@@ -172,7 +205,7 @@ fn view(system: &str, both: &Both<'_>) -> ConnectorView {
             let spec = &placed.spec;
             (&spec.source, &spec.target, spec.properties.clone())
         }
-        (None, Some((found, _))) => (&found.source, &found.target, found.properties.clone()),
+        (None, Some((found, ..))) => (&found.source, &found.target, found.properties.clone()),
         // An entry is only made for one of the two.
         (None, None) => {
             return ConnectorView {

@@ -5,18 +5,13 @@ use rts_plan::observed::{Activity, ManagerObserved};
 
 use super::{Scene, object};
 
-/// Managers that were observed; of an unknown node those last seen.
-pub fn managers(scene: &Scene<'_>) -> Vec<Manager> {
-    scene
-        .inventories
-        .iter()
-        .flat_map(|(node, (inventory, known))| {
-            inventory
-                .managers
-                .iter()
-                .map(move |found| manager(node, found, *known))
-        })
-        .collect()
+/// Managers that were observed on a node; of an unknown node those last seen.
+pub fn of_node(scene: &Scene<'_>, node: &str) -> Vec<Manager> {
+    let Some((inventory, known)) = scene.inventories.get(node) else {
+        return Vec::new();
+    };
+    let found = inventory.managers.iter();
+    found.map(|found| manager(node, found, *known)).collect()
 }
 
 fn manager(node: &str, found: &ManagerObserved, known: bool) -> Manager {

@@ -7,7 +7,7 @@ use crate::sessions::NodeEntry;
 
 /// Nodes that greeted, and those that stored systems ran on.
 pub fn nodes(scene: &Scene<'_>) -> Vec<Node> {
-    let ran = scene.registry.systems.values().flat_map(|r| &r.nodes);
+    let ran = scene.systems.values().flat_map(|r| &r.nodes);
     let silent = ran
         .filter(|node| !scene.nodes.contains_key(*node))
         .map(|node| unknown(node));

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::Timestamp;
-use rts_agent_api::messages::StepOutcome;
 use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus};
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
@@ -14,6 +13,7 @@ use super::conditions::conditions;
 use super::drift::{made_by_hand, misses, of_system, text};
 use super::{Scene, object, waiting};
 use crate::core::RunState;
+use crate::execute::step;
 use crate::reconcile::{Backoff, is_free_of};
 use crate::store::SystemRecord;
 
@@ -73,12 +73,8 @@ impl Facts {
         let world = scene.world;
         let planned = world.planned.get(&record.uid) == Some(&record.generation);
         let mine = |system: Option<&str>| system == Some(record.name());
-        let steps: Vec<&Step> = world
-            .plan
-            .steps
-            .iter()
-            .filter(|step| step.system.as_ref().is_some_and(|s| s.uid == record.uid))
-            .collect();
+        let own = |step: &&Step| step.system.as_ref().is_some_and(|s| s.uid == record.uid);
+        let steps = world.plan.steps.iter().filter(own).count();
         let run = world.runs.get(&record.uid);
         let resting = world.resting.contains(&record.uid);
         let known = |node| matches!(world.observed.nodes.get(node), Some(NodeObserved::Known(_)));
@@ -93,7 +89,7 @@ impl Facts {
         let mut facts = Self {
             silent: !record.nodes.iter().all(|node| known(node) || idle(node)),
             planned,
-            pending: run.is_some() || (!steps.is_empty() && !resting),
+            pending: run.is_some() || (steps > 0 && !resting),
             differences: world
                 .plan
                 .changes
@@ -111,7 +107,7 @@ impl Facts {
             settling: false,
             active: 0,
             waiting: waiting::of_system(&scene.reasons, backoff, record, &world.placed),
-            progress: progress(run, &steps),
+            progress: progress(run, steps),
         };
         facts.look(scene, record);
         facts
@@ -170,12 +166,9 @@ impl Facts {
     }
 
     fn status(&self, scene: &Scene<'_>, record: &SystemRecord) -> SystemStatus {
-        let held = scene
-            .world
-            .plan
-            .waiting_on
-            .iter()
-            .any(|w| self.waiting.iter().any(|mine| mine.target == w.target));
+        let mine: BTreeSet<&str> = self.waiting.iter().map(|w| w.target.as_str()).collect();
+        let planned = &scene.world.plan.waiting_on;
+        let held = !mine.is_empty() && planned.iter().any(|w| mine.contains(w.target.as_str()));
         let synced = self.planned && self.differences == 0 && !self.silent && !held;
         let healthy = self.unhealthy.is_empty();
         let phase = if record.deleted.is_some() {
@@ -248,22 +241,20 @@ fn observed<'a>(scene: &Scene<'a>, record: &SystemRecord) -> (Components<'a>, Co
     (components, connectors)
 }
 
-fn progress(run: Option<&RunState>, steps: &[&Step]) -> Progress {
+fn progress(run: Option<&RunState>, steps: usize) -> Progress {
     let Some(run) = run else {
         return Progress {
             done: 0,
-            total: count(steps.len()),
+            total: count(steps),
             running: Vec::new(),
         };
     };
-    let steps = &run.steps;
-    let done = steps
-        .iter()
-        .filter(|step| run.ended.get(&step.id) == Some(&StepOutcome::Succeeded));
-    let running = steps.iter().filter(|step| run.running.contains(&step.id));
+    let progress = run.progress.lock();
+    let running = progress.running.iter();
+    let running = running.filter_map(|id| step(&run.plan, *id));
     Progress {
-        done: count(done.count()),
-        total: count(steps.len()),
+        done: count(progress.succeeded),
+        total: count(run.plan.steps.len()),
         running: running
             .take(RUNNING)
             .map(|step| format!("{} {}", step.work.kind(), step.target))
@@ -275,20 +266,17 @@ fn progress(run: Option<&RunState>, steps: &[&Step]) -> Progress {
 fn notes(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
     let placed = scene.world.placed.notes.get(record.name());
     let mut notes = placed.cloned().unwrap_or_default();
-    let mut mine: Vec<String> = record
-        .spec
-        .components
-        .iter()
+    let planned = &scene.world.plan.notes;
+    if planned.is_empty() {
+        return notes;
+    }
+    let components = record.spec.components.iter();
+    let mine: BTreeSet<String> = components
         .map(|component| target::component(&component.instance))
+        .chain([record.name().to_owned()])
         .collect();
-    mine.push(record.name().to_owned());
-    let words = |note: &str, wanted: &str| note.split([' ', ',', ':', ';']).any(|w| w == wanted);
-    let planned = scene.world.plan.notes.iter();
-    notes.extend(
-        planned
-            .filter(|note| mine.iter().any(|m| words(note, m)))
-            .cloned(),
-    );
+    let speaks = |note: &&String| note.split([' ', ',', ':', ';']).any(|w| mine.contains(w));
+    notes.extend(planned.iter().filter(speaks).cloned());
     notes
 }
 

@@ -1,5 +1,6 @@
 //! What does not go on, and why: the planner's word, failed targets in back-off, and nodes that refuse.
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use rts_controller_api::objects::Waiting;
@@ -11,6 +12,7 @@ use tokio::time::Instant;
 
 use super::drift;
 use crate::core::World;
+use crate::placement::reference;
 use crate::reconcile::{Backoff, Entry, target_of};
 use crate::sessions::NodeEntry;
 use crate::store::SystemRecord;
@@ -19,7 +21,7 @@ use crate::store::SystemRecord;
 const STAYS: &str = "(rtsctl.resetOnError is off)";
 
 /// Why a target does not go on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reason {
     /// For people.
     pub text: String,
@@ -57,16 +59,19 @@ pub fn reasons(
         .collect();
     // Once its time has come, only a plan with steps for it says that it is still about to be tried.
     let now = Instant::now();
-    let runs = world.runs.values().flat_map(|run| &run.steps);
-    let steps = world.plan.steps.iter().chain(runs);
-    let tried: BTreeSet<&str> = steps.map(|step| step.target.as_str()).collect();
+    let runs = world.runs.values().map(|run| &run.plan);
+    let plans = || runs.clone().chain([&world.plan]);
+    let steps = || plans().flat_map(|plan| &plan.steps);
+    // Most of the time nothing has failed, and nobody asks.
+    let tried: OnceCell<BTreeSet<&str>> = OnceCell::new();
+    let tried = || tried.get_or_init(|| steps().map(|step| step.target.as_str()).collect());
     for (key, entry) in backoff.failing() {
         let target = target_of(key);
         // That its last try failed is how it came to be in Error.
         if reasons.get(target).is_some_and(Reason::stays) {
             continue;
         }
-        if entry.blocks(now) || tried.contains(target) {
+        if entry.blocks(now) || tried().contains(target) {
             reasons.insert(target.to_owned(), lasting(&entry.reason));
         }
     }
@@ -108,16 +113,19 @@ pub fn of_system(
     record: &SystemRecord,
     placed: &Placed,
 ) -> Vec<Waiting> {
+    if reasons.is_empty() {
+        return Vec::new();
+    }
     let index = Index::new(record, placed);
     let now = Instant::now();
-    let failing: Vec<(&str, &Entry)> = backoff
-        .failing()
-        .map(|(key, entry)| (target_of(key), entry))
-        .collect();
+    let mut failing: BTreeMap<&str, Vec<&Entry>> = BTreeMap::new();
+    for (key, entry) in backoff.failing() {
+        failing.entry(target_of(key)).or_default().push(entry);
+    }
     reasons
         .iter()
         .filter_map(|(target, reason)| {
-            let known = || failing.iter().filter(|(t, _)| t == target).map(|(_, e)| *e);
+            let known = || failing.get(target.as_str()).into_iter().flatten().copied();
             let own = |entry: &&Entry| entry.system.as_deref() == Some(record.name());
             let foreign = known().any(|entry| entry.system.is_some());
             let entry = known().find(own);
@@ -152,10 +160,15 @@ struct Index<'a> {
 impl<'a> Index<'a> {
     fn new(record: &'a SystemRecord, placed: &'a Placed) -> Self {
         let (mut nodes, mut managers) = (BTreeMap::new(), BTreeMap::new());
-        for (node, key, required) in seats(record, placed) {
+        for (node, manager, required) in seats(record, placed) {
             *nodes.entry(node).or_default() |= required;
-            *managers.entry(key.display_name()).or_default() |= required;
+            *managers.entry(manager).or_default() |= required;
         }
+        let system = Some(reference(record));
+        let managers = managers.into_iter().map(|(name, required)| {
+            let (system, name) = (system.clone(), name.to_owned());
+            (ManagerKey { system, name }.display_name(), required)
+        });
         let mut components = BTreeMap::new();
         let mut types = BTreeMap::new();
         for component in &record.spec.components {
@@ -177,7 +190,7 @@ impl<'a> Index<'a> {
             components,
             types,
             nodes,
-            managers,
+            managers: managers.collect(),
         }
     }
 
@@ -225,18 +238,15 @@ impl<'a> Index<'a> {
 pub fn seats<'a>(
     record: &'a SystemRecord,
     placed: &'a Placed,
-) -> impl Iterator<Item = (&'a str, ManagerKey, bool)> {
+) -> impl Iterator<Item = (&'a str, &'a str, bool)> {
     let nodes = placed.desired.nodes.iter();
     let parts = nodes.flat_map(|(node, spec)| spec.systems.iter().map(move |part| (node, part)));
     let own = parts.filter(|(_, part)| part.system.uid == record.uid);
     own.flat_map(|(node, part)| {
         let components = part.components.iter();
         components.map(move |component| {
-            let key = ManagerKey {
-                system: Some(part.system.clone()),
-                name: component.manager.clone(),
-            };
-            (node.as_str(), key, component.spec.required)
+            let manager = component.manager.as_str();
+            (node.as_str(), manager, component.spec.required)
         })
     })
 }

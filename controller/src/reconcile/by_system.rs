@@ -2,6 +2,7 @@
 //! names that pass from one to another: a step that needs another system's step is left to a later round. Pure.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rts_plan::plan::{Limit, Plan, Step, StepId};
 
@@ -10,8 +11,28 @@ pub fn key(step: &Step) -> &str {
     step.system.as_ref().map_or("", |system| &system.uid)
 }
 
-/// Plans of steps alone, with their own numbers, by key.
-pub fn by_system(plan: &Plan) -> BTreeMap<String, Plan> {
+/// Plans by key.
+pub type Plans = BTreeMap<String, Arc<Plan>>;
+
+/// Plans of steps alone, with their own numbers, by key. A plan of one system alone is its own, and is not copied.
+pub fn by_system(plan: &Arc<Plan>) -> Plans {
+    let Some(first) = plan.steps.first() else {
+        return Plans::new();
+    };
+    let first = key(first);
+    if plan.steps.iter().all(|step| key(step) == first) {
+        return Plans::from([(first.to_owned(), Arc::clone(plan))]);
+    }
+    let parts = parts(plan).into_iter();
+    parts.map(|(key, plan)| (key, Arc::new(plan))).collect()
+}
+
+/// A plan of one system of which some steps were left out, with new numbers. None when nothing is left.
+pub fn renumbered(plan: &Plan) -> Option<Arc<Plan>> {
+    parts(plan).into_values().next().map(Arc::new)
+}
+
+fn parts(plan: &Plan) -> BTreeMap<String, Plan> {
     let mut plans: BTreeMap<String, Plan> = BTreeMap::new();
     // Old number → key and new number, of the steps that were taken.
     let mut numbers: BTreeMap<StepId, (&str, StepId)> = BTreeMap::new();
@@ -46,8 +67,7 @@ pub fn by_system(plan: &Plan) -> BTreeMap<String, Plan> {
             after_end_of: ends,
             limits,
             // Its reasons are for people, who see the whole plan.
-            because: Vec::new(),
-            ..step.clone()
+            ..step.without_reasons()
         });
     }
     plans
@@ -93,7 +113,7 @@ mod tests {
             steps,
             ..Plan::default()
         };
-        let plans = by_system(&plan);
+        let plans = by_system(&Arc::new(plan));
         let shape = |key: &str| -> Vec<(StepId, String, Vec<StepId>)> {
             let steps = plans[key].steps.iter();
             steps

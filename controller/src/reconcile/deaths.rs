@@ -10,7 +10,7 @@ use rts_plan::target;
 use tokio::time::Instant;
 
 use super::backoff::Brought;
-use super::by_system::key;
+use super::by_system::{Plans, key};
 use crate::core::Core;
 use crate::view::Happening;
 
@@ -34,12 +34,12 @@ pub fn succeeded(core: &Core, step: &Step) {
 pub fn count(
     core: &Core,
     desired: &Desired,
-    steps: &[Step],
+    steps: &Plans,
     observed: &Observed,
     busy: &BTreeSet<String>,
 ) -> bool {
     let mut any = false;
-    for step in steps {
+    for step in steps.values().flat_map(|plan| &plan.steps) {
         let reason = match &step.work {
             Work::StartManager { manager } => match found(observed, &step.node, manager) {
                 Some(None) => "its process ended by itself".to_owned(),

@@ -88,14 +88,14 @@ impl Drifts {
     pub fn take(&mut self, plan: &Plan, observed: &Observed, stamps: &BTreeMap<String, Stamp>) {
         self.collect();
         let records = self.core.registry().systems.clone();
-        let current = |record: &&SystemRecord| {
+        let current = |record: &&Arc<SystemRecord>| {
             let stamp = stamps.get(&record.uid);
             record.deleted.is_none() && stamp.is_some_and(|s| s.generation == record.generation)
         };
         let records: BTreeMap<&str, &SystemRecord> = records
             .values()
             .filter(current)
-            .map(|record| (record.name(), record))
+            .map(|record| (record.name(), record.as_ref()))
             .collect();
         self.tell(plan, &records);
         self.forget(plan, observed, &records);
@@ -183,7 +183,7 @@ impl Drifts {
             return;
         }
         let (spec, _) = rts_plan::with_drift(&record.spec, &asked.drift, |_| true);
-        if spec == record.spec {
+        if spec == *record.spec {
             return;
         }
         self.asked.insert(record.uid.clone());

@@ -20,6 +20,7 @@ use crate::fleet::Agent;
 use crate::ledger::fence;
 use crate::ledger::settle::settled;
 use crate::node_numbers::Number;
+use crate::placement::Placement;
 use crate::sessions::Lost;
 
 /// Time for an agent to store a NodeSpec.
@@ -135,7 +136,7 @@ impl NodeSpecs {
                     })
                     .collect();
                 if now.iter().any(|node| !record.nodes.contains(*node)) {
-                    let mut record = record.clone();
+                    let mut record = record.as_ref().clone();
                     record.nodes.extend(now.into_iter().cloned());
                     changed.push(record);
                 }
@@ -144,7 +145,7 @@ impl NodeSpecs {
         let old = self.core.registry().systems.clone();
         for record in old.values() {
             if let Some(places) = admit::places_of_old(&self.core, placed, record) {
-                let mut record = record.clone();
+                let mut record = record.as_ref().clone();
                 record.places = places;
                 changed.push(record);
             }
@@ -156,9 +157,10 @@ impl NodeSpecs {
             let Some(mut present) = present.filter(|p| p.uid == record.uid) else {
                 continue;
             };
-            present.nodes.extend(record.nodes);
-            if present.places.is_empty() && present.generation == record.generation {
-                present.places = record.places;
+            let now = Arc::make_mut(&mut present);
+            now.nodes.extend(record.nodes);
+            if now.places.is_empty() && now.generation == record.generation {
+                now.places = record.places;
             }
             if let Err(e) = self.core.store_system(present).await {
                 tracing::error!(error = %rts_host::error::chain(&e), "a system's nodes cannot be stored");
@@ -170,20 +172,25 @@ impl NodeSpecs {
     /// Nothing is sent to nodes that are `fenced`.
     pub async fn send(
         &mut self,
-        desired: &Desired,
+        placed: &Placement,
         fenced: &BTreeMap<String, String>,
     ) -> BTreeMap<String, String> {
         let mut faults = self.collect();
         let mut sendings = Vec::new();
         self.unnumbered.clear();
-        for (node, spec) in &desired.nodes {
+        let digests = placed.digests();
+        for (node, spec) in &placed.desired.nodes {
             if fenced.contains_key(node) {
                 self.taken.remove(node);
                 self.acked.remove(node);
                 continue;
             }
-            let digest = rts_plan::digest(spec);
-            self.wanted.insert(node.clone(), digest.clone());
+            let Some(digest) = digests.get(node) else {
+                continue;
+            };
+            if self.wanted.get(node) != Some(digest) {
+                self.wanted.insert(node.clone(), digest.clone());
+            }
             // It is sent anew the next time.
             if faults.contains_key(node) {
                 continue;
@@ -238,13 +245,8 @@ impl NodeSpecs {
     }
 
     /// What is to be sent to a node; nothing when it has it, cannot be reached, or never ran anything.
-    async fn prepare(
-        &self,
-        node: &str,
-        spec: &NodeSpec,
-        digest: String,
-    ) -> Result<Prepared, String> {
-        let Some(number) = self.core.number_of(node, spec, &digest) else {
+    async fn prepare(&self, node: &str, spec: &NodeSpec, digest: &str) -> Result<Prepared, String> {
+        let Some(number) = self.core.number_of(node, spec, digest) else {
             return Ok(Prepared::Nothing);
         };
         let given = match number {
@@ -270,7 +272,7 @@ impl NodeSpecs {
                 cluster_uid: self.core.cluster_uid.clone(),
                 epoch: given.epoch,
                 generation: given.generation,
-                digest,
+                digest: digest.to_owned(),
                 take_over: entry.session.claim,
                 spec: spec.clone(),
             },

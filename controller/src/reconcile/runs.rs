@@ -1,10 +1,10 @@
 //! The runs under way: one for each system, each a task of its own, and one beside it when it takes long.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
-use rts_agent_api::messages::{Seen, StepOutcome};
+use rts_agent_api::messages::Seen;
 use rts_host::timing::TARGET;
 use rts_plan::plan::Plan;
 use tokio::sync::watch;
@@ -12,14 +12,14 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 use tracing::{Instrument, info_span};
 
-use super::by_system::by_system;
+use super::by_system::Plans;
 use super::node_specs::NodeSpecs;
 use super::results::{self, MadeFor};
 use super::side::{Unfinished, beside};
-use super::slots::{Left, Slots, system_of};
+use super::slots::{Slots, system_of};
 use super::{SLOW_TICK, Stamp};
 use crate::core::{Core, RunState};
-use crate::execute::{Accepted, Executor, Peer, StartTimeouts};
+use crate::execute::{Accepted, Executor, Peer, SharedProgress, StartTimeouts};
 
 /// Most runs at once: an agent takes at most eight batches.
 const MOST: usize = 7;
@@ -90,7 +90,8 @@ impl Last {
 struct Run {
     core: Arc<Core>,
     key: String,
-    plan: Plan,
+    /// Its plan, and how far it is.
+    state: RunState,
     /// What the system was told to be when it was planned.
     stamp: Option<Stamp>,
     peers: BTreeMap<String, Peer>,
@@ -99,8 +100,6 @@ struct Run {
     absent: BTreeMap<String, String>,
     starts: StartTimeouts,
     desired: watch::Receiver<u64>,
-    /// What it has still to do.
-    left: Left,
 }
 
 impl Runs {
@@ -174,7 +173,7 @@ impl Runs {
     /// Starts a run for each system that has steps and no run, or none but long ones.
     pub fn start(
         &mut self,
-        plan: &Plan,
+        plans: Plans,
         stamps: &BTreeMap<String, Stamp>,
         busy: &BTreeSet<String>,
         long: &BTreeMap<String, Vec<Unfinished>>,
@@ -182,7 +181,6 @@ impl Runs {
         seen: &Revisions,
     ) {
         let resting = self.resting();
-        let plans = by_system(plan);
         self.faults
             .retain(|key, _| plans.contains_key(system_of(key)) || busy.contains(system_of(key)));
         self.last
@@ -218,15 +216,19 @@ impl Runs {
                 starts: self.core.start_timeouts(&system),
                 absent,
                 desired: self.core.watch_desired(),
-                left: Left::default(),
-                plan,
+                state: RunState {
+                    plan,
+                    progress: SharedProgress::default(),
+                },
             };
-            run.show(&BTreeSet::new(), &BTreeMap::new());
-            let left = Arc::clone(&run.left);
-            let steps = run.plan.steps.len();
+            let state = run.state.clone();
+            let mut world = self.core.world();
+            world.runs.insert(key.clone(), state.clone());
+            drop(world);
+            let steps = state.plan.steps.len();
             let span = info_span!(target: TARGET, "run", of = format!("{steps} steps"));
             let task = self.tasks.spawn(run.carry_out().instrument(span));
-            self.slots.take(key, task, left);
+            self.slots.take(key, task, state);
         }
     }
 
@@ -262,7 +264,16 @@ impl Run {
         let peers = std::mem::take(&mut self.peers);
         let store = (self.core.cluster_uid.as_str(), self.core.epoch());
         let (absent, starts) = (&self.absent, &self.starts);
-        let mut run = Executor::start(&self.plan, &plan_id, store, peers, absent, starts);
+        let RunState { plan, progress } = self.state.clone();
+        let mut run = Executor::start(
+            &plan,
+            &plan_id,
+            store,
+            peers,
+            absent,
+            starts,
+            progress.clone(),
+        );
         let mut publish = tokio::time::interval(PROGRESS);
         publish.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut dirty = true;
@@ -271,7 +282,6 @@ impl Run {
                 biased;
                 _ = publish.tick(), if dirty => {
                     dirty = false;
-                    self.show(&run.progress.running, &run.progress.ended);
                     self.core.publish();
                     // However long that took, what has come meanwhile is taken first.
                     match self.core.pace.due() {
@@ -293,20 +303,19 @@ impl Run {
             }
         }
         // What was told before the last step ended says nothing about it.
-        let nodes: BTreeSet<&String> = self.plan.steps.iter().map(|step| &step.node).collect();
+        let nodes: BTreeSet<&String> = plan.steps.iter().map(|step| &step.node).collect();
         for node in nodes {
             self.core.sessions.doubt(node);
         }
-        self.show(&BTreeSet::new(), &run.progress.ended);
-        let steps = self.plan.steps.iter();
+        progress.lock().running.clear();
+        let steps = plan.steps.iter();
         let work = steps.map(|step| (step.work.kind(), step.target.clone()));
-        let mut outcomes = run.progress.ended.values();
         // That an agent takes no more steps for a spec that was replaced is no fault of its node.
         let mut faults = run.faults.clone();
         faults.retain(|node, _| !self.is_replaced(node));
         let replaced = self.generations.keys().any(|node| self.is_replaced(node));
         let ended = Ended {
-            succeeded: outcomes.any(|outcome| *outcome == StepOutcome::Succeeded),
+            succeeded: progress.lock().succeeded > 0,
             superseded: replaced || self.desired.has_changed().unwrap_or(false),
             faults,
             work: work.collect(),
@@ -319,8 +328,7 @@ impl Run {
 
     /// What a step that ends now was made for.
     fn made_for(&self) -> MadeFor {
-        let stamps = super::stamps(&self.core);
-        if stamps.get(system_of(&self.key)) == self.stamp.as_ref() {
+        if super::stamp(&self.core, system_of(&self.key)) == self.stamp {
             MadeFor::Now
         } else {
             MadeFor::OlderGeneration
@@ -336,24 +344,5 @@ impl Run {
         given
             .zip(own)
             .is_some_and(|(given, own)| given.generation > *own)
-    }
-
-    fn show(&self, running: &BTreeSet<u32>, ended: &BTreeMap<u32, StepOutcome>) {
-        let unfinished = self
-            .plan
-            .steps
-            .iter()
-            .filter(|s| !ended.contains_key(&s.id));
-        let unfinished = unfinished.map(|step| Unfinished {
-            started: running.contains(&step.id),
-            step: step.clone(),
-        });
-        *self.left.lock().unwrap_or_else(PoisonError::into_inner) = unfinished.collect();
-        let state = RunState {
-            steps: self.plan.steps.clone(),
-            running: running.clone(),
-            ended: ended.clone(),
-        };
-        self.core.world().runs.insert(self.key.clone(), state);
     }
 }

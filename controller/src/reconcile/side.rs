@@ -2,42 +2,47 @@
 //! others from being healed. Pure.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use rts_plan::plan::{Plan, Step};
+use rts_plan::plan::Plan;
 
-use super::by_system::by_system;
+use super::by_system::{Plans, renumbered};
 
 pub use rts_plan::Unfinished;
 
 /// The part of a system's plan that touches nothing of a run's unfinished steps and needs nothing that does. None when
 /// nothing is left.
-pub fn beside(plan: &Plan, unfinished: &[Unfinished]) -> Option<Plan> {
+pub fn beside(plan: &Plan, unfinished: &[Unfinished]) -> Option<Arc<Plan>> {
     let free = Plan {
         steps: rts_plan::beside(&plan.steps, unfinished),
         ..Plan::default()
     };
-    by_system(&free).into_values().next()
+    // They get new numbers.
+    renumbered(&free)
 }
 
-/// The steps of a plan that no run stands in the way of: those of systems without a run, and what can be done beside
+/// The steps of plans that no run stands in the way of: those of systems without a run, and what can be done beside
 /// long ones.
 pub fn free(
-    plan: &Plan,
+    plans: &Plans,
     busy: &BTreeSet<String>,
     long: &BTreeMap<String, Vec<Unfinished>>,
-) -> Vec<Step> {
-    let plans = by_system(plan).into_iter();
-    let free = plans.filter_map(|(system, plan)| match long.get(&system) {
-        Some(left) => beside(&plan, left),
-        None => Some(plan).filter(|_| !busy.contains(&system)),
+) -> Plans {
+    let free = plans.iter().filter_map(|(system, plan)| {
+        let plan = match long.get(system) {
+            Some(left) => beside(plan, left)?,
+            None if busy.contains(system) => return None,
+            None => Arc::clone(plan),
+        };
+        Some((system.clone(), plan))
     });
-    free.flat_map(|plan| plan.steps).collect()
+    free.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use rts_plan::desired::{ManagerKey, SystemRef};
-    use rts_plan::plan::{Limit, OnTimeout, StepId, Work};
+    use rts_plan::plan::{Limit, OnTimeout, Step, StepId, Work};
 
     use super::*;
 
@@ -66,17 +71,14 @@ mod tests {
     fn targets(steps: &[Step], unfinished: &[(&Step, bool)]) -> Vec<String> {
         let unfinished: Vec<_> = unfinished
             .iter()
-            .map(|(step, started)| Unfinished {
-                step: (*step).clone(),
-                started: *started,
-            })
+            .map(|(step, started)| Unfinished::of(step, *started))
             .collect();
         let plan = Plan {
             steps: steps.to_vec(),
             ..Plan::default()
         };
         let left = beside(&plan, &unfinished).unwrap_or_default();
-        left.steps.into_iter().map(|step| step.target).collect()
+        left.steps.iter().map(|step| step.target.clone()).collect()
     }
 
     #[test]
@@ -131,11 +133,9 @@ mod tests {
             steps: vec![slow.clone(), other, next],
             ..Plan::default()
         };
-        let begun = Unfinished {
-            step: slow,
-            started: true,
-        };
-        let left = beside(&plan, &[begun]).unwrap_or_default().steps;
+        let begun = Unfinished::of(&slow, true);
+        let left = beside(&plan, &[begun]).unwrap_or_default();
+        let left = &left.steps;
         assert_eq!((left.len(), &left[1].after_start_of), (2, &vec![1]));
         assert_eq!(left[1].limits[0].steps, [1]);
     }

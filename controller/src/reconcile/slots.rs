@@ -1,21 +1,18 @@
 //! Which runs are under way: one for each system, and one more beside it when it takes long.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::task::AbortHandle;
 use tokio::time::Instant;
 
 use super::side::Unfinished;
+use crate::core::RunState;
 
 /// A run that takes longer gets another one beside it, when something else is to be done for its system.
 const LONG: Duration = Duration::from_secs(1);
 /// Ends the name of the second slot of a system.
 const BESIDE: &str = "#beside";
-
-/// What a run has still to do; written by the run, read by the loop.
-pub type Left = Arc<Mutex<Vec<Unfinished>>>;
 
 /// The runs, by slot: the system's uid, or the same and [`BESIDE`].
 #[derive(Debug, Default)]
@@ -25,7 +22,7 @@ pub struct Slots(BTreeMap<String, Running>);
 struct Running {
     task: AbortHandle,
     since: Instant,
-    left: Left,
+    state: RunState,
 }
 
 /// The system of a slot.
@@ -60,9 +57,9 @@ impl Slots {
     }
 
     /// Takes a slot.
-    pub fn take(&mut self, slot: String, task: AbortHandle, left: Left) {
+    pub fn take(&mut self, slot: String, task: AbortHandle, state: RunState) {
         let since = Instant::now();
-        self.0.insert(slot, Running { task, since, left });
+        self.0.insert(slot, Running { task, since, state });
     }
 
     /// Frees the slots of runs that have ended.
@@ -80,10 +77,20 @@ impl Slots {
                 short.insert(system);
                 continue;
             }
-            let left = running.left.lock().unwrap_or_else(PoisonError::into_inner);
-            long.entry(system).or_default().extend(left.iter().cloned());
+            long.entry(system)
+                .or_default()
+                .extend(unfinished(&running.state));
         }
         long.retain(|system, _| !short.contains(system));
         long
     }
+}
+
+/// What a run has still to do.
+fn unfinished(state: &RunState) -> Vec<Unfinished> {
+    let progress = state.progress.lock();
+    let steps = state.plan.steps.iter();
+    let open = steps.filter(|step| !progress.ended.contains_key(&step.id));
+    open.map(|step| Unfinished::of(step, progress.running.contains(&step.id)))
+        .collect()
 }

@@ -1,6 +1,7 @@
 //! The end of a deletion: a system is forgotten once every node it ever ran on has said that nothing of it is left.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use rts_host::timing::TARGET;
 use rts_plan::desired::SystemRef;
@@ -23,7 +24,7 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
     let mut any = false;
     let pending = core.registry().pending.clone();
     let ending =
-        |record: &&SystemRecord| record.deleted.is_some() && !pending.contains(record.name());
+        |record: &&Arc<SystemRecord>| record.deleted.is_some() && !pending.contains(record.name());
     for record in systems.values().filter(ending) {
         if busy.contains(&record.uid) || !is_gone(core, specs, &observed, record) {
             continue;
@@ -49,7 +50,7 @@ pub async fn finish(core: &Core, specs: &NodeSpecs, busy: &BTreeSet<String>) -> 
 }
 
 /// Removes a system, and gives its nodes the numbers that they are told so with. False when it was changed meanwhile.
-async fn remove(core: &Core, record: &SystemRecord) -> Result<bool, StoreError> {
+async fn remove(core: &Core, record: &Arc<SystemRecord>) -> Result<bool, StoreError> {
     let _admission = core.admission.lock().await;
     let name = record.name();
     let mut records = core.registry().systems.clone();
@@ -57,7 +58,7 @@ async fn remove(core: &Core, record: &SystemRecord) -> Result<bool, StoreError> 
         return Ok(false);
     }
     let placed = core.place_all(&records);
-    let numbers = core.next_numbers(&core.registry(), &placed.desired);
+    let numbers = core.next_numbers(&core.registry(), &placed);
     let mut writes = vec![Write::RemoveSystem(name.to_owned())];
     writes.extend(node_numbers::writes(&numbers));
     let span = info_span!(target: TARGET, "store", of = format!("end of system/{name}"));

@@ -9,6 +9,7 @@ use rts_agent_api::messages::LedgerFence;
 use rts_agent_api::session::{Heartbeat, SessionGreeting, Transport};
 use rts_controller_api::Problem;
 use rts_plan::observed::Inventory;
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::superseded;
@@ -37,12 +38,14 @@ pub struct NodeEntry {
     /// When the last of them was counted.
     failed: Option<Instant>,
     /// What was last seen there: the last full answer, and what heartbeats have told since.
-    pub inventory: Inventory,
+    pub inventory: Arc<Inventory>,
     /// When all of it was told last; none when it cannot be relied on.
     told: Option<Instant>,
     /// Raised by everything after which what was asked before is of yesterday.
     doubts: u64,
     pub(super) superseded: VecDeque<String>,
+    /// Id of the session that lives; none once it is lost.
+    life: Arc<watch::Sender<Option<String>>>,
 }
 
 /// A session of an agent.
@@ -119,10 +122,11 @@ impl NodeEntry {
     }
 
     /// A node that greets for the first time.
-    pub(super) fn new(uid: String, session: Session, inventory: Inventory) -> Self {
+    pub(super) fn new(uid: String, session: Session, inventory: Arc<Inventory>) -> Self {
         Self {
             uid,
             created: session.seen,
+            life: Arc::new(watch::Sender::new(Some(session.id.clone()))),
             session,
             lost: false,
             silent: None,
@@ -140,7 +144,7 @@ impl NodeEntry {
         &mut self,
         node: &str,
         session: Session,
-        inventory: Inventory,
+        inventory: Arc<Inventory>,
     ) -> Result<bool, Problem> {
         if self.superseded.contains(&session.id) {
             return Err(superseded(node, &session.id));
@@ -166,7 +170,7 @@ impl NodeEntry {
 
     /// The live session greets once more. What was done since it said so may have overtaken it on its way: all is asked
     /// for again, and one that is older than what is known changes nothing. Its ledger counts only where it is newer.
-    fn greeted_again(&mut self, mut session: Session, inventory: Inventory) {
+    fn greeted_again(&mut self, mut session: Session, inventory: Arc<Inventory>) {
         if let Some(known) = &self.session.ledger
             && !session
                 .ledger
@@ -201,7 +205,7 @@ impl NodeEntry {
             && delta.to <= revision
         {
             // One that does not fit leaves the copy as it is: then its revision tells that all must be asked for.
-            self.inventory.advance(delta);
+            Arc::make_mut(&mut self.inventory).advance(delta);
         }
         // One that was overtaken on its way lowers nothing.
         let newest = self.session.revision.max(revision);
@@ -209,10 +213,27 @@ impl NodeEntry {
     }
 
     /// The inventory, when heartbeats have kept it up to date and all of it was told within `age`.
-    pub fn current(&self, age: Duration) -> Option<&Inventory> {
+    pub fn current(&self, age: Duration) -> Option<&Arc<Inventory>> {
         let fits = self.inventory.revision == self.session.revision;
         let young = self.told.is_some_and(|told| told.elapsed() < age);
         (fits && young && self.silent.is_none() && self.failures == 0).then_some(&self.inventory)
+    }
+
+    /// Tells those who wait for the end of its session how it stands: after whatever may change that.
+    pub(super) fn tell_life(&self) {
+        let now = (!self.lost).then_some(self.session.id.as_str());
+        self.life.send_if_modified(|then| {
+            let differs = then.as_deref() != now;
+            if differs {
+                *then = now.map(str::to_owned);
+            }
+            differs
+        });
+    }
+
+    /// Tells the session that lives, and when another does, or none.
+    pub(super) fn life(&self) -> watch::Receiver<Option<String>> {
+        self.life.subscribe()
     }
 
     /// What is known is of yesterday: the node must be asked.
@@ -229,8 +250,9 @@ impl NodeEntry {
         }
     }
 
-    /// Takes an answer. What a former session said, or what was said before a newer heartbeat, changes nothing.
-    pub(super) fn answered(&mut self, question: &Question, inventory: &Inventory) {
+    /// Takes an answer. What a former session said, or what was said before a newer heartbeat, changes nothing. One that
+    /// says what is known becomes the very same object: what was made of that need not be made anew.
+    pub(super) fn answered(&mut self, question: &Question, inventory: &mut Arc<Inventory>) {
         if question.session != self.session.id {
             return;
         }
@@ -239,7 +261,11 @@ impl NodeEntry {
         if inventory.revision < self.inventory.revision {
             return;
         }
-        self.inventory = inventory.clone();
+        if self.inventory == *inventory {
+            *inventory = Arc::clone(&self.inventory);
+        } else {
+            self.inventory = Arc::clone(inventory);
+        }
         self.session.revision = self.session.revision.max(inventory.revision);
         if question.doubts == self.doubts {
             self.told = Some(Instant::now());

@@ -84,14 +84,14 @@ const AGE: Duration = Duration::from_secs(5);
 fn known(sessions: &Sessions) -> Option<u64> {
     let entry = sessions.get("n").unwrap();
     let current = entry.current(AGE)?;
-    assert_eq!(*current, inventory(current.revision), "it is the truth");
+    assert_eq!(**current, inventory(current.revision), "it is the truth");
     Some(current.revision)
 }
 
 /// Asks for all, as the loop does when it cannot rely on what was told.
 fn ask(sessions: &Sessions, revision: u64) {
     let question = sessions.get("n").unwrap().question();
-    sessions.observed("n", &question, Ok(&inventory(revision)));
+    sessions.observed("n", &question, Ok(&mut inventory(revision).into()));
 }
 
 #[tokio::test(start_paused = true)]
@@ -152,7 +152,7 @@ async fn what_was_told_is_of_yesterday_after_the_slow_tick_and_after_a_deed() {
     // A question that began before a deed ended says nothing about it.
     let question = sessions.get("n").unwrap().question();
     sessions.doubt("n");
-    sessions.observed("n", &question, Ok(&inventory(3)));
+    sessions.observed("n", &question, Ok(&mut inventory(3).into()));
     assert_eq!(known(&sessions), None);
     ask(&sessions, 4);
     assert_eq!(known(&sessions), Some(4));
@@ -166,9 +166,9 @@ async fn what_an_old_session_still_says_does_not_touch_the_new_one() {
     let question = sessions.get("n").unwrap().question();
     greet(&sessions, "b").unwrap();
     assert_eq!(told(&sessions, "a", 8, delta(7, 8)), Err(409));
-    sessions.observed("n", &question, Ok(&inventory(8)));
+    sessions.observed("n", &question, Ok(&mut inventory(8).into()));
     let entry = sessions.get("n").unwrap();
-    assert_eq!(entry.inventory, Inventory::default());
+    assert_eq!(*entry.inventory, Inventory::default());
     assert_eq!(entry.session.id, "b");
     // Nor does the end of the old one end what is asked of the new one.
     let work = std::future::pending::<()>();
@@ -193,13 +193,13 @@ async fn a_greeting_that_was_overtaken_brings_nothing_back() {
     assert_eq!(known(&sessions), Some(3));
     ask(&sessions, 5);
     assert!(!again(3).unwrap());
-    assert_eq!(sessions.get("n").unwrap().inventory, inventory(5));
+    assert_eq!(*sessions.get("n").unwrap().inventory, inventory(5));
     // Also one that knows nothing newer may be older than what was done since.
     assert_eq!(known(&sessions), None, "all is asked for again");
     ask(&sessions, 5);
     assert!(!again(6).unwrap());
     assert_eq!(known(&sessions), None);
-    assert_eq!(sessions.get("n").unwrap().inventory, inventory(6));
+    assert_eq!(*sessions.get("n").unwrap().inventory, inventory(6));
 }
 
 #[tokio::test(start_paused = true)]

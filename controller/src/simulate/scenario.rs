@@ -51,7 +51,9 @@ fn before(core: &Core) -> (State, Vec<String>) {
                 "system/{name} is being taken down now; in the simulation it is gone"
             ));
         }
-        record.left.clear();
+        if !record.left.is_empty() {
+            Arc::make_mut(record).left.clear();
+        }
         record.deleted.is_none()
     });
     for system in core.view.list::<System>().items {

@@ -1,5 +1,7 @@
 //! One suite for every implementation of [`Store`].
 
+use std::sync::Arc;
+
 use jiff::Timestamp;
 use rts_schemas::system::{Orders, SystemSpec};
 
@@ -13,14 +15,14 @@ fn record(name: &str, generation: u64) -> SystemRecord {
         uid: format!("uid-{name}"),
         generation,
         index: 0,
-        spec: SystemSpec {
+        spec: Arc::new(SystemSpec {
             composites: Vec::new(),
             name: name.to_owned(),
             full_id: String::new(),
             components: Vec::new(),
             connectors: Vec::new(),
             orders: Orders::default(),
-        },
+        }),
         digests: [("A".to_owned(), "d".to_owned())].into(),
         stand_ins: [("A0".to_owned(), Default::default())].into(),
         nodes: ["local".to_owned()].into(),
@@ -33,7 +35,7 @@ fn record(name: &str, generation: u64) -> SystemRecord {
 }
 
 fn put(name: &str, generation: u64) -> Write {
-    Write::PutSystem(Box::new(record(name, generation)))
+    Write::PutSystem(Arc::new(record(name, generation)))
 }
 
 /// `reopen` gives the store as the next start of the program finds it.
@@ -61,7 +63,7 @@ async fn conforms<S: Store>(mut reopen: impl FnMut(Option<S>) -> S) {
     let indexed = |index| {
         let mut record = record("a", 2);
         record.index = index;
-        [Write::Indexes(index), Write::PutSystem(Box::new(record))]
+        [Write::Indexes(index), Write::PutSystem(Arc::new(record))]
     };
     store.write(indexed(9).into()).await.unwrap();
     store.write(indexed(8).into()).await.unwrap();
@@ -124,7 +126,7 @@ async fn what_an_older_program_wrote_is_numbered_once() {
     for (name, index) in [("a", 0), ("b", 7), ("c", 0)] {
         let mut record = record(name, 3);
         record.index = index;
-        state.change(Write::PutSystem(Box::new(record)));
+        state.change(Write::PutSystem(Arc::new(record)));
     }
     let store = MemoryStore::holding(state.clone());
     store.write(state.number()).await.unwrap();

@@ -39,8 +39,8 @@ impl Durable {
     }
 
     /// Writes a system.
-    pub async fn put_system(&self, record: SystemRecord) -> Result<(), StoreError> {
-        self.write(vec![Write::PutSystem(Box::new(record))]).await
+    pub async fn put_system(&self, record: Arc<SystemRecord>) -> Result<(), StoreError> {
+        self.write(vec![Write::PutSystem(record)]).await
     }
 
     /// Forgets a system; no error when it is not there.

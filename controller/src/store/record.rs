@@ -1,11 +1,15 @@
 //! Records of the store.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use rts_schemas::stand_in::Shape;
 use rts_schemas::system::SystemSpec;
 use serde::{Deserialize, Serialize};
+
+/// Systems by name. Shared: they are large, and looked at all the time.
+pub type Records = BTreeMap<String, Arc<SystemRecord>>;
 
 /// A stored system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,7 +24,7 @@ pub struct SystemRecord {
     #[serde(default)]
     pub index: u64,
     /// What was applied.
-    pub spec: SystemSpec,
+    pub spec: Arc<SystemSpec>,
     /// SHA-256 of each type's module file when it was applied, by type name.
     #[serde(default)]
     pub digests: BTreeMap<String, String>,
@@ -114,7 +118,7 @@ pub struct State {
     #[serde(default)]
     pub indexes: u64,
     /// Systems by name.
-    pub systems: BTreeMap<String, SystemRecord>,
+    pub systems: Records,
     /// Node generations by node.
     pub nodes: BTreeMap<String, NodeGeneration>,
     /// Set by a restore.
@@ -126,7 +130,7 @@ pub struct State {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Write {
     /// Writes a system.
-    PutSystem(Box<SystemRecord>),
+    PutSystem(Arc<SystemRecord>),
     /// Forgets a system; no error when it is not there.
     RemoveSystem(String),
     /// Writes a node's generation.
@@ -165,6 +169,7 @@ impl State {
         let nodes: BTreeSet<String> = ran.chain(self.nodes.keys()).cloned().collect();
         let records = self.systems.values_mut();
         for record in records.filter(|record| record.deleted.is_none()) {
+            let record = Arc::make_mut(record);
             for (instance, place) in &record.places {
                 let left = record.left.entry(instance.clone()).or_default();
                 left.extend(nodes.iter().filter(|node| *node != place).cloned());
@@ -184,7 +189,7 @@ impl State {
             Write::Indexes(self.indexes),
             Write::Restored(self.restored.clone()),
         ];
-        writes.extend(systems.map(|record| Write::PutSystem(Box::new(record.clone()))));
+        writes.extend(systems.map(|record| Write::PutSystem(Arc::clone(record))));
         writes.extend(nodes.map(|(node, g)| Write::PutNode(node.clone(), g.clone())));
         writes
     }
@@ -196,8 +201,8 @@ impl State {
         let mut writes = Vec::new();
         for record in self.systems.values_mut().filter(|r| r.index == 0) {
             last += 1;
-            record.index = last;
-            writes.push(Write::PutSystem(Box::new(record.clone())));
+            Arc::make_mut(record).index = last;
+            writes.push(Write::PutSystem(Arc::clone(record)));
         }
         if last != self.indexes {
             self.indexes = last;
@@ -210,7 +215,7 @@ impl State {
     pub fn change(&mut self, write: Write) {
         match write {
             Write::PutSystem(record) => {
-                self.systems.insert(record.name().to_owned(), *record);
+                self.systems.insert(record.name().to_owned(), record);
             }
             Write::RemoveSystem(name) => drop(self.systems.remove(&name)),
             Write::PutNode(node, generation) => drop(self.nodes.insert(node, generation)),

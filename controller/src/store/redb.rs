@@ -89,7 +89,7 @@ impl RedbStore {
 
     fn row(&self, write: &Write, meta: &mut Option<Numbers>) -> Result<Change, StoreError> {
         let row = match write {
-            Write::PutSystem(record) => Change::put(SYSTEMS, record.name(), record),
+            Write::PutSystem(record) => Change::put(SYSTEMS, record.name(), record.as_ref()),
             Write::RemoveSystem(name) => Ok(Change::remove(SYSTEMS, name)),
             Write::PutNode(node, generation) => Change::put(NODES, node, generation),
             Write::Revisions(up_to) => {

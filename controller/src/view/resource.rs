@@ -1,17 +1,17 @@
 //! What each kind of object means by its key and by "only a counter changed".
 
-use std::collections::BTreeMap;
-
 use rts_controller_api::objects::{
     Component, ComponentStatus, Connector, ConnectorStatus, Kind, Manager, ManagerStatus, Metadata,
     Node, NodeStatus, Object, System, SystemStatus,
 };
 use serde::Serialize;
 
-use super::Tables;
+use super::change::Shown;
+use super::weight::Weigh;
+use super::{Table, Tables};
 
 /// An object of the API.
-pub trait Resource: Serialize + Clone + PartialEq {
+pub trait Resource: Shown + Weigh + Serialize + Clone + PartialEq + 'static {
     /// Its kind.
     const KIND: Kind;
     /// Unique in its kind, and sorts by name.
@@ -23,7 +23,7 @@ pub trait Resource: Serialize + Clone + PartialEq {
     /// True when nothing but counters, heartbeats and ages differ.
     fn is_same(&self, other: &Self) -> bool;
     /// Where objects of this kind are kept.
-    fn table(tables: &mut Tables) -> &mut BTreeMap<String, Self>;
+    fn table(tables: &mut Tables) -> &mut Table<Self>;
 }
 
 /// Key of a component, connector or manager: its name, then its node or system.
@@ -63,7 +63,7 @@ macro_rules! resource {
                     && (self.status == other.status || blank(&self.status) == blank(&other.status))
             }
 
-            fn table(tables: &mut Tables) -> &mut BTreeMap<String, Self> {
+            fn table(tables: &mut Tables) -> &mut Table<Self> {
                 &mut tables.$table
             }
         }

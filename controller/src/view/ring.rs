@@ -5,16 +5,7 @@ use std::sync::Arc;
 
 use rts_controller_api::objects::Kind;
 
-/// One change, written once for all watchers.
-#[derive(Debug)]
-pub struct Change {
-    /// Version after it.
-    pub revision: u64,
-    /// Kind of the object.
-    pub kind: Kind,
-    /// A [`rts_controller_api::watch::WatchEvent`].
-    pub json: String,
-}
+use super::change::Change;
 
 /// The ring.
 pub struct Ring {
@@ -41,13 +32,13 @@ impl Ring {
 
     /// Appends a change and forgets the oldest ones above the sizes; the newest stays, however large.
     pub fn push(&mut self, change: Arc<Change>) {
-        self.bytes += change.json.len();
+        self.bytes += change.weight();
         self.changes.push_back(change);
         while self.changes.len() > self.size || (self.bytes > self.most && self.changes.len() > 1) {
             let Some(oldest) = self.changes.pop_front() else {
                 break;
             };
-            self.bytes -= oldest.json.len();
+            self.bytes -= oldest.weight();
             self.forgotten = oldest.revision;
         }
     }
@@ -65,14 +56,18 @@ impl Ring {
 
 #[cfg(test)]
 mod tests {
+    use rts_controller_api::watch::WatchType;
+
     use super::*;
 
     fn change(revision: u64, bytes: usize) -> Arc<Change> {
-        Arc::new(Change {
+        Arc::new(Change::of(
+            WatchType::Added,
             revision,
-            kind: Kind::System,
-            json: "x".repeat(bytes),
-        })
+            Kind::System,
+            Arc::new(()),
+            bytes,
+        ))
     }
 
     #[test]

@@ -42,7 +42,7 @@ fn changes_come_in_order_and_a_deletion_has_a_version_of_its_own() {
     let (changes, upto) = view.changes(Kind::Node, 10).unwrap();
     let text: Vec<_> = changes
         .iter()
-        .map(|c| format!("{} {}", c.revision, &c.json[..19]))
+        .map(|c| format!("{} {}", c.revision, &c.json(true)[..19]))
         .collect();
     assert_eq!(upto, 14);
     insta::assert_snapshot!(text.join("\n"), @r#"

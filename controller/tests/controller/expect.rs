@@ -330,7 +330,7 @@ async fn targets_change_their_part_alone() {
     apply(&served, targeted).await;
     served.until_converged("hello").await;
     let stored = &served.cluster.stored().systems["hello"].spec;
-    assert_eq!(*stored, valued("2"));
+    assert_eq!(**stored, valued("2"));
     let unknown = refused(&served, &of(&["component/Snie0"])).await;
     insta::assert_snapshot!("unknown_target", text(&unknown));
 }

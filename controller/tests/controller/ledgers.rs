@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::fleet::stores::{meets, restored, until};
 use crate::fleet::{Cluster, FakeAgent, systems};
-use rts_controller::store::{MemoryStore, State};
+use rts_controller::store::{MemoryStore, State, SystemRecord};
 use rts_controller_api::objects::{Node, Phase, System};
 use rts_controller_api::requests::{ApplyRequest, TakeOver};
 use rts_schemas::system::SystemSpec;
@@ -89,13 +89,13 @@ async fn an_adopted_node_goes_on_without_a_restart_and_obeys_from_then_on() {
 #[tokio::test(start_paused = true)]
 async fn a_node_is_not_adopted_when_a_name_is_taken() {
     let (cluster, _agent) = converged().await;
-    let mut record = cluster.stored().systems["hello"].clone();
+    let mut record = SystemRecord::clone(&cluster.stored().systems["hello"]);
     record.uid = "another".into();
     record.nodes.clear();
     let state = State {
         cluster_uid: "stranger".into(),
         epoch: 1,
-        systems: [("hello".to_owned(), record)].into(),
+        systems: [("hello".to_owned(), record.into())].into(),
         ..State::default()
     };
     let cluster = meets(cluster, MemoryStore::holding(state));

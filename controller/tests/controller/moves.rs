@@ -66,7 +66,8 @@ async fn a_host_that_is_not_known_yet_after_a_restart_is_not_replaced_by_the_loc
 async fn a_store_of_an_older_program_learns_where_its_components_are() {
     let (cluster, local, robot) = two_nodes(spec(None, Some("robot-host"))).await;
     let mut state = cluster.stored();
-    state.systems.get_mut("hello").unwrap().places.clear();
+    let record = state.systems.get_mut("hello").unwrap();
+    Arc::make_mut(record).places.clear();
     let before = (local.incarnations(), robot.incarnations());
     let fleet = cluster.fleet.clone();
     drop(cluster);

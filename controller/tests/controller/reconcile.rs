@@ -205,7 +205,7 @@ async fn a_deleted_system_is_taken_down_then_forgotten() {
         changes
             .last()
             .unwrap()
-            .json
+            .json(true)
             .starts_with(r#"{"type":"DELETED""#)
     );
     tokio::time::sleep(Duration::from_secs(6)).await;

@@ -131,7 +131,7 @@ async fn what_was_applied_since_holds(backed_up: bool) {
     cluster.until_phase("hello", Phase::Converged).await;
     until(|| robot.incarnations().is_empty()).await;
     assert!(local.incarnations().contains_key("Printer0"));
-    assert_eq!(cluster.stored().systems["hello"].spec, here);
+    assert_eq!(*cluster.stored().systems["hello"].spec, here);
     assert!(cluster.stored().systems["hello"].generation > u64::from(backed_up));
 }
 

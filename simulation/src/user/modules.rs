@@ -64,7 +64,11 @@ fn guessed(scenario: &Scenario, name: &str) -> SimModule {
 }
 
 fn components(scenario: &Scenario) -> impl Iterator<Item = &ComponentSpec> {
-    let stored = scenario.before.systems.values().map(|record| &record.spec);
+    let stored = scenario
+        .before
+        .systems
+        .values()
+        .map(|record| record.spec.as_ref());
     stored
         .chain([&scenario.request.spec])
         .flat_map(|spec| &spec.components)

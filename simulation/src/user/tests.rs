@@ -260,7 +260,7 @@ fn stored() -> Scenario {
         uid: "u".to_owned(),
         generation: 3,
         index: 3,
-        spec: hello(),
+        spec: hello().into(),
         digests: [("Printer".to_owned(), "old".to_owned())].into(),
         nodes: ["local".to_owned()].into(),
         created: jiff::Timestamp::UNIX_EPOCH,
@@ -272,7 +272,7 @@ fn stored() -> Scenario {
         left: [].into(),
         stand_ins: [].into(),
     };
-    scenario.before.systems = [("hello".to_owned(), record)].into();
+    scenario.before.systems = [("hello".to_owned(), record.into())].into();
     scenario
 }
 
@@ -299,7 +299,7 @@ fn where_nothing_is_to_be_done_faults_come_at_once() {
     let mut scenario = stored();
     for record in scenario.before.systems.values_mut() {
         let digest = |name: &str| (name.to_owned(), crate::SimModule::new(name).digest);
-        record.digests = ["SineSource", "LowPassFilter", "Printer"]
+        std::sync::Arc::make_mut(record).digests = ["SineSource", "LowPassFilter", "Printer"]
             .map(digest)
             .into();
     }

@@ -162,7 +162,7 @@ mod tests {
         let idle = by_hand("component/Filter0", "was deactivated");
         assert!(said(&system, &[cut.clone(), both[1].clone()]).contains("goes on trying"));
         insta::assert_snapshot!(said(&system, std::slice::from_ref(&idle)), @"system/hello is only partly applied: not as it should be: component/Filter0; it was changed by hand and is left so (rtsctl.drift) until `rtsctl activate Filter0`; see `rtsctl describe component/Filter0`");
-        system.spec.connectors = connectors();
+        std::sync::Arc::make_mut(&mut system.spec).connectors = connectors();
         insta::assert_snapshot!(said(&system, &[cut, idle]), @"system/hello is only partly applied: not as it should be: connector/Sine0.out-Filter0.in, component/Filter0; it was changed by hand and is left so (rtsctl.drift) until `rtsctl connect Sine0.out Filter0.in` and `rtsctl activate Filter0`; see `rtsctl describe connector/Sine0.out-Filter0.in`");
         insta::assert_snapshot!(said(&system, &[]), @"system/hello is only partly applied: it is not healthy, and the controller does not say why; the controller goes on trying: see `rtsctl describe system/hello`");
         let in_error = |instance: &str| Waiting {

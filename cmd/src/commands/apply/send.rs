@@ -49,5 +49,5 @@ fn is_stale(error: &ClientError) -> bool {
 async fn is_stored(input: &Input, controller: &Controller) -> bool {
     let request = &input.request;
     let stored = controller.system(&request.spec.name).await;
-    request.targets.is_empty() && stored.is_ok_and(|system| system.spec == request.spec)
+    request.targets.is_empty() && stored.is_ok_and(|system| *system.spec == request.spec)
 }

@@ -145,7 +145,7 @@ fn observed(desired: &Desired) -> Observed {
         held: Vec::new(),
     };
     Observed {
-        nodes: BTreeMap::from([(NODE.to_owned(), NodeObserved::Known(inventory))]),
+        nodes: BTreeMap::from([(NODE.to_owned(), NodeObserved::Known(inventory.into()))]),
     }
 }
 

@@ -5,26 +5,32 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{NodeFacts, PlaceError, Placed, Settled, StoredSystem};
 
-/// The node that a host means, when there is one.
-pub fn node_of_host(nodes: &[NodeFacts], local: &str, host: &str) -> Option<String> {
-    hosts(nodes, local).remove(&lower(host))
-}
+/// Which node a host means: host name, alias or node name, in lower case → node name.
+#[derive(Debug)]
+pub struct Hosts(BTreeMap<String, String>);
 
-/// Host name, alias or node name, in lower case → node name.
-pub(super) fn hosts(nodes: &[NodeFacts], local: &str) -> BTreeMap<String, String> {
-    let mut hosts = BTreeMap::from([(lower(local), local.to_owned())]);
-    for node in nodes {
-        for alias in &node.aliases {
-            hosts
-                .entry(lower(alias))
-                .or_insert_with(|| node.name.clone());
+impl Hosts {
+    /// Of these nodes and the local one.
+    pub fn new(nodes: &[NodeFacts], local: &str) -> Self {
+        let mut hosts = BTreeMap::from([(lower(local), local.to_owned())]);
+        for node in nodes {
+            for alias in &node.aliases {
+                hosts
+                    .entry(lower(alias))
+                    .or_insert_with(|| node.name.clone());
+            }
         }
+        // Names last: a name beats another node's alias.
+        for node in nodes {
+            hosts.insert(lower(&node.name), node.name.clone());
+        }
+        Self(hosts)
     }
-    // Names last: a name beats another node's alias.
-    for node in nodes {
-        hosts.insert(lower(&node.name), node.name.clone());
+
+    /// The node that a host means, when there is one.
+    pub fn node(&self, host: &str) -> Option<&String> {
+        self.0.get(&lower(host))
     }
-    hosts
 }
 
 fn lower(host: &str) -> String {
@@ -36,15 +42,10 @@ pub(super) fn choose_nodes<'a>(
     placed: &mut Placed,
     system: &'a StoredSystem,
     settled: &Settled,
-    hosts: &BTreeMap<String, String>,
+    hosts: &Hosts,
     local: &str,
 ) -> BTreeMap<&'a str, String> {
-    let known: Vec<String> = hosts
-        .values()
-        .cloned()
-        .collect::<BTreeSet<_>>()
-        .into_iter()
-        .collect();
+    let known: BTreeSet<&String> = hosts.0.values().collect();
     let mut hinted: BTreeMap<(&str, String), Vec<&str>> = BTreeMap::new();
     let mut chosen = BTreeMap::new();
     for component in &system.spec.components {
@@ -56,14 +57,14 @@ pub(super) fn choose_nodes<'a>(
                         system: system.reference.name.clone(),
                         component: component.instance.clone(),
                         node: node.clone(),
-                        known: known.clone(),
+                        known: known.iter().copied().cloned().collect(),
                     });
                 }
                 node.clone()
             }
             (None, host) => {
                 let settled = settled.places.get(&component.instance);
-                let meant = || hosts.get(&lower(host.as_ref()?));
+                let meant = || hosts.node(host.as_ref()?);
                 let node = settled.or_else(meant).map_or(local, String::as_str);
                 if let Some(host) = host {
                     let named = hinted.entry((host, node.to_owned())).or_default();
@@ -84,15 +85,9 @@ pub(super) fn choose_nodes<'a>(
     chosen
 }
 
-fn host_note(
-    host: &str,
-    node: &str,
-    instances: &[&str],
-    hosts: &BTreeMap<String, String>,
-    local: &str,
-) -> String {
+fn host_note(host: &str, node: &str, instances: &[&str], hosts: &Hosts, local: &str) -> String {
     let instances = instances.join(", ");
-    match hosts.get(&lower(host)) {
+    match hosts.node(host) {
         Some(meant) if meant != node => format!(
             "host {host} is node {meant} by now; apply again to move there what is on node {node}: {instances}"
         ),

@@ -69,6 +69,24 @@ impl Step {
         }
     }
 
+    /// It without the rules that put others before it: they are told to people, and are most of what a step weighs.
+    pub fn without_reasons(&self) -> Self {
+        Self {
+            id: self.id,
+            node: self.node.clone(),
+            target: self.target.clone(),
+            system: self.system.clone(),
+            needs: self.needs.clone(),
+            after_start_of: self.after_start_of.clone(),
+            after_end_of: self.after_end_of.clone(),
+            limits: self.limits.clone(),
+            wait_ms: self.wait_ms,
+            reason: self.reason.clone(),
+            because: Vec::new(),
+            work: self.work.clone(),
+        }
+    }
+
     /// All steps that stand before it, in whatever way; one may occur twice.
     pub fn before(&self) -> impl Iterator<Item = StepId> + '_ {
         let all = self.needs.iter().chain(&self.after_start_of);

@@ -80,7 +80,7 @@ impl World {
                     reason: "no heartbeat for 3 s".to_owned(),
                 }
             } else {
-                NodeObserved::Known(self.seen(inventory))
+                NodeObserved::Known(self.seen(inventory).into())
             };
             (node.clone(), observed)
         };
