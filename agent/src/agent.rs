@@ -18,7 +18,7 @@ use crate::events::{Events, lock};
 use crate::folders::{FolderError, Folders};
 use crate::heal::{Alone, BackOff, Lease};
 use crate::inputs::Inputs;
-use crate::inventory::Keeper;
+use crate::inventory::{Acted, Keeper};
 use crate::ledger::{Fence, Ledger, LedgerError, Sealed};
 use crate::managers::Managers;
 use crate::modules::Modules;
@@ -80,8 +80,10 @@ pub(crate) struct Agent {
     pub events: Events,
     /// Revision of the inventory and generation of the spec for which marks of changes by hand were last compared.
     pub marks_checked: std::sync::Mutex<(u64, u64)>,
-    /// Rings when the inventory may have changed.
+    /// Rings when the inventory may have changed of itself.
     pub dirty: Notify,
+    /// Rings when a step, or the like, has changed it.
+    pub acted: Acted,
     /// Whether a controller is there.
     pub lease: Lease,
     /// What it did while no controller was there.
@@ -122,6 +124,7 @@ impl Agent {
             events: Events::default(),
             marks_checked: Default::default(),
             dirty: Notify::new(),
+            acted: Acted::default(),
             lease: Lease::default(),
             alone: Alone::default(),
             failures: Default::default(),
@@ -191,7 +194,7 @@ impl Agent {
             *lock(&self.policies) = policies.clone();
             self.keep_restarts(spec, before.as_ref(), &policies);
             // What was held may be free now.
-            self.dirty.notify_one();
+            self.has_acted();
             self.batches.cancel_others(&Fence::of(sealed.envelope()));
             tracing::info!(generation = receipt.generation, "node spec accepted");
         }

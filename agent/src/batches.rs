@@ -179,6 +179,12 @@ impl Batches {
         Ok(())
     }
 
+    /// True while one runs.
+    pub fn is_running(&self) -> bool {
+        let known = lock(&self.0);
+        known.batches.len() > known.ended.len()
+    }
+
     fn add(&self, entry: &Arc<Entry>) -> Result<(), Problem> {
         let mut known = lock(&self.0);
         if known.batches.len() - known.ended.len() >= MAX_RUNNING {
@@ -227,7 +233,7 @@ impl Drop for Running {
             self.entry.tell(BatchEvent::End);
         }
         self.agent.batches.ended(plan_id);
-        self.agent.dirty.notify_one();
+        self.agent.has_acted();
         tracing::info!(plan_id, "batch ended");
     }
 }

@@ -16,6 +16,9 @@ const MAX_NODE: usize = 63;
 /// Hexadecimal digits of a manager's folder.
 const ID_DIGITS: usize = 8;
 
+/// What the names of control groups of processes that wait begin with, behind that of the node.
+const WAITING: &str = "idle-";
+
 /// The folders of one node.
 #[derive(Debug, Clone)]
 pub(crate) struct Folders {
@@ -139,6 +142,21 @@ impl Folders {
         is_folder_id(id).then(|| self.run.join(id))
     }
 
+    /// Name of the control group of a process that waits to become a manager: of an agent with this process number, the
+    /// `number`th that it made.
+    pub fn waiting_cgroup(&self, agent: u32, number: u64) -> String {
+        format!("{}.{WAITING}{agent}-{number}", self.node)
+    }
+
+    /// True for a name that [`Folders::waiting_cgroup`] can have made for this node.
+    pub fn is_waiting_cgroup(&self, name: &str) -> bool {
+        let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        name.strip_prefix(&self.node)
+            .and_then(|rest| rest.strip_prefix('.')?.strip_prefix(WAITING))
+            .and_then(|rest| rest.split_once('-'))
+            .is_some_and(|(agent, own)| number(agent) && number(own))
+    }
+
     /// Log of a component.
     pub fn component_log(&self, instance: &str) -> PathBuf {
         self.component_logs
@@ -229,6 +247,19 @@ mod tests {
         let folder = folders.manager(&key(None, "main"));
         let name = folders.cgroup(&folder);
         assert_eq!(folders.of_cgroup(&name), Some(folder));
+        let waiting = folders.waiting_cgroup(12, 3);
+        assert_eq!(waiting, "a.b.idle-12-3");
+        assert!(folders.is_waiting_cgroup(&waiting) && folders.of_cgroup(&waiting).is_none());
+        for other in [
+            "a.idle-12-3",
+            "a.b.idle-12",
+            "a.b.idle-12-",
+            "a.b.idle-12-3.01234567",
+            "a.b.idle-x-3",
+            "a.b.01234567",
+        ] {
+            assert!(!folders.is_waiting_cgroup(other), "{other}");
+        }
         for other in ["a.01234567", "a.b.c.01234567", "a.b.", "a.b.0123456x"] {
             assert_eq!(folders.of_cgroup(other), None, "{other}");
         }

@@ -1,5 +1,6 @@
 //! What really runs on the node: all managers are asked at once, and their answers merged.
 
+mod acted;
 mod difference;
 #[cfg(test)]
 mod fixtures;
@@ -22,6 +23,7 @@ use crate::agent::Agent;
 use crate::events::lock;
 use crate::managers::Manager;
 
+pub(crate) use acted::Acted;
 pub(crate) use difference::delta;
 use difference::{differences, without_counters};
 pub(crate) use hang::why_hanging;

@@ -71,11 +71,35 @@ pub(crate) struct Seen {
     pub made: u64,
     /// How many of them it had been asked for when it was asked what it holds, and answered.
     pub told: u64,
+    /// Instance name → incarnation of what it said it has made.
+    pub incarnations: BTreeMap<String, String>,
+    /// Connectors that it was asked to bind, and that its contents do not show yet.
+    pub bound: BTreeSet<String>,
 }
 
 impl Seen {
+    /// Of one that was asked nothing yet.
+    fn new() -> Self {
+        Self {
+            responsive: true,
+            answered: false,
+            inventory: ManagerInventory {
+                modules: Default::default(),
+                opened: Default::default(),
+                components: Vec::new(),
+                taps: Vec::new(),
+            },
+            deleted: BTreeSet::new(),
+            made: 0,
+            told: 0,
+            incarnations: BTreeMap::new(),
+            bound: BTreeSet::new(),
+        }
+    }
+
     /// It said that it has deleted a component: what was seen before is not to bring it back.
     pub fn forget(&mut self, instance: &str) {
+        self.incarnations.remove(instance);
         let found = self
             .inventory
             .components
@@ -93,6 +117,16 @@ impl Seen {
         !self.answered || self.told < self.made
     }
 
+    /// True while it may have an in-port end of this connector.
+    pub fn may_bind(&self, connector: &str) -> bool {
+        !self.answered || self.bound.contains(connector) || self.shows(connector)
+    }
+
+    fn shows(&self, connector: &str) -> bool {
+        let mut ends = self.inventory.components.iter().flat_map(|c| &c.bindings);
+        ends.any(|end| end.connector == connector)
+    }
+
     /// It answered, after it had been asked to make so many. Answers come in the order of the questions, so what one no
     /// longer holds comes in no later one.
     pub fn keep(&mut self, mut inventory: ManagerInventory, made: u64) {
@@ -103,6 +137,9 @@ impl Seen {
             .components
             .retain(|c| !self.deleted.contains(&c.incarnation));
         self.inventory = inventory;
+        let mut bound = std::mem::take(&mut self.bound);
+        bound.retain(|connector| !self.shows(connector));
+        self.bound = bound;
         self.responsive = true;
         self.answered = true;
     }
@@ -171,19 +208,7 @@ impl Manager {
         );
         Arc::new(Self {
             link,
-            seen: Mutex::new(Seen {
-                responsive: true,
-                answered: false,
-                inventory: ManagerInventory {
-                    modules: Default::default(),
-                    opened: Default::default(),
-                    components: Vec::new(),
-                    taps: Vec::new(),
-                },
-                deleted: BTreeSet::new(),
-                made: 0,
-                told: 0,
-            }),
+            seen: Mutex::new(Seen::new()),
             stopping: AtomicBool::new(false),
             end: watch::Sender::new(End::No),
             key,

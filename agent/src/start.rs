@@ -114,6 +114,9 @@ async fn watch(agent: Arc<Agent>, lose: oneshot::Sender<StartError>) {
                 ticks = ticks.wrapping_add(1);
             }
             () = agent.dirty.notified() => {}
+            () = agent.acted.rung() => if !agent.is_unseen_soon().await {
+                continue;
+            }
         }
         agent.observe().await;
         sleep(QUICK).await;

@@ -1,6 +1,7 @@
 //! Who a process is: pid, start time and boot together name one process for good.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -50,10 +51,14 @@ impl Identity {
     }
 }
 
-/// Id of the present boot.
+/// Id of the present boot. It is read once: no process outlives it.
 pub fn boot_id() -> Option<String> {
+    static BOOT: OnceLock<String> = OnceLock::new();
+    if let Some(known) = BOOT.get() {
+        return Some(known.clone());
+    }
     let text = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
-    Some(text.trim().to_owned())
+    Some(BOOT.get_or_init(|| text.trim().to_owned()).clone())
 }
 
 /// When a process started, in clock ticks since boot; `None` when it does not exist.

@@ -105,6 +105,13 @@ pub fn group_lives(leader: u32) -> bool {
     })
 }
 
+/// True when there is no such group any more, not even a zombie in it. Told without a look at any process.
+pub fn group_is_gone(leader: u32) -> bool {
+    let is_gone =
+        |group| rustix::process::test_kill_process_group(group) == Err(rustix::io::Errno::SRCH);
+    number(leader).is_ok_and(is_gone)
+}
+
 /// True while somebody lives in the group that a process leads or led. A number of another boot names nobody.
 pub fn group_of_lives(leader: &Identity) -> bool {
     boot_id().is_some_and(|boot| boot == leader.boot_id.trim())

@@ -52,6 +52,8 @@ pub struct Settings {
     pub system: Option<SystemId>,
     /// Unique id of this start.
     pub incarnation: String,
+    /// Name of its control group, where that is not the one that its run folder has.
+    pub cgroup: Option<String>,
 }
 
 impl Settings {
@@ -76,12 +78,14 @@ impl From<Become> for Settings {
             name,
             system,
             incarnation,
+            cgroup,
         } = named;
         Self {
             dir,
             name,
             system,
             incarnation,
+            cgroup,
         }
     }
 }
@@ -146,6 +150,7 @@ pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Parsed, UsageEr
         name: name.ok_or(UsageError::Missing("--name"))?,
         system,
         incarnation: incarnation.unwrap_or_else(|| uuid::Uuid::new_v4().to_string()),
+        cgroup: None,
     }))
 }
 

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rts_manager_api::control::{Failure, Hello};
 
@@ -77,17 +76,20 @@ pub struct Threads {
 }
 
 impl Threads {
-    /// Starts those that must be there before they are needed, and does not wait for them.
-    pub fn start() -> Self {
-        let threads = Self {
+    /// None is started yet.
+    pub fn new() -> Self {
+        Self {
             pool: Pool::new("request", MAX_REQUESTS, SPARE_THREADS),
             connections: Pool::new("connection", MAX_CONNECTIONS, SPARE_THREADS),
             events: Events::default(),
-        };
-        threads.connections.prepare();
-        threads.pool.prepare();
-        threads.events.prepare();
-        threads
+        }
+    }
+
+    /// Starts those that must be there before a module is opened, and does not wait for them.
+    pub fn prepare(&self) {
+        self.connections.prepare();
+        self.pool.prepare();
+        self.events.prepare();
     }
 }
 
@@ -149,6 +151,8 @@ impl Manager {
 
     /// Waits until the threads run that are needed while an initialiser hangs in dlopen.
     pub fn settle_threads(&self) {
+        self.events.prepare();
+        self.connections.prepare();
         self.pool.settle();
         self.connections.settle();
     }
@@ -260,8 +264,6 @@ impl Manager {
 
     /// Waits until the good-byes of outgoing connections have left, or the deadline.
     pub fn wait_for_good_byes(&self, deadline: Instant) {
-        while self.outgoing.used() > 0 && Instant::now() < deadline {
-            thread::sleep(Duration::from_millis(2));
-        }
+        self.outgoing.wait(deadline);
     }
 }

@@ -59,9 +59,10 @@ struct Marks {
 
 impl RunDir {
     /// Takes the folder: lock, socket, `manager.json`, in this order. Connections are possible from then on.
-    pub fn take(dir: &Path, hello: &Hello) -> Result<Self, RunDirError> {
+    /// `cgroup` is the name of a control group that is not the folder's.
+    pub fn take(dir: &Path, hello: &Hello, cgroup: Option<String>) -> Result<Self, RunDirError> {
         let lock = lock(dir)?;
-        let description = describe(hello);
+        let description = describe(hello, cgroup);
         let (listener, socket) = bind(dir)?;
         let mut run_dir = Self {
             marks: Marks {
@@ -194,7 +195,7 @@ fn bind(dir: &Path) -> Result<(UnixListener, (u64, u64)), RunDirError> {
     Ok((listener, inode))
 }
 
-fn describe(hello: &Hello) -> Vec<u8> {
+fn describe(hello: &Hello, cgroup: Option<String>) -> Vec<u8> {
     let file = ManagerFile {
         protocol_version: PROTOCOL_VERSION,
         system: hello.system.clone(),
@@ -204,6 +205,7 @@ fn describe(hello: &Hello) -> Vec<u8> {
         start_ticks: start_ticks(hello.pid).unwrap_or_default(),
         boot_id: boot_id().unwrap_or_default(),
         started: hello.started.clone(),
+        cgroup,
     };
     serde_json::to_vec(&file).unwrap_or_default()
 }

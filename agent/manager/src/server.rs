@@ -88,10 +88,15 @@ impl Waiting {
         }
         Ok(Self {
             signals: Signals::listen().map_err(process("listen to signals"))?,
-            threads: Threads::start(),
+            threads: Threads::new(),
             end: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
                 .map_err(|e| ServeError::Process("make an event", e.into()))?,
         })
+    }
+
+    /// Starts the threads that are wanted sooner or later.
+    pub fn start_threads(&self) {
+        self.threads.prepare();
     }
 
     /// Becomes readable when a signal wants the end.
@@ -115,7 +120,7 @@ impl Waiting {
             pid: std::process::id(),
             started: format!("{:.3}", Timestamp::now()),
         };
-        let mut run_dir = RunDir::take(&settings.dir, &hello)?;
+        let mut run_dir = RunDir::take(&settings.dir, &hello, settings.cgroup)?;
         let socket = settings.dir.join(CONTROL_SOCKET);
         let shared = Arc::new(Shared {
             manager: Arc::new(Manager::new(hello, socket, self.threads)),

@@ -235,7 +235,13 @@ async fn create(verb: &Verb, key: &ManagerKey, request: CreateRequest) -> Result
         .link
         .call(RequestBody::Create(request.clone()), verb.limit);
     match call.await {
-        Ok(_) => Ok(()),
+        Ok(answer) => {
+            if let ResponseBody::Created { incarnation } = answer {
+                let mut seen = lock(&manager.seen);
+                seen.incarnations.insert(request.instance, incarnation);
+            }
+            Ok(())
+        }
         Err(e) => {
             let e = StepError::from(e);
             if e.is(FailureCode::Conflict) && is_there(verb, &manager, &request).await? {

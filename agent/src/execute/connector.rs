@@ -13,7 +13,8 @@ use rts_schemas::system::{ConnectorSpec, PortKind};
 use super::verb::{StepError, Verb, unless};
 use crate::agent::Agent;
 use crate::events::lock;
-use crate::managers::Manager;
+use crate::manager_link::LinkError;
+use crate::managers::{Manager, Seen};
 
 /// Connects an out-port of this node with an in-port, here or on another node.
 pub(super) async fn connect(verb: &Verb, connector: PlacedConnector) -> Result<(), StepError> {
@@ -43,11 +44,25 @@ pub(crate) async fn join(
     by_hand: Option<String>,
     limit: Duration,
 ) -> Result<(), StepError> {
-    let incarnation = bind(target, &spec, limit).await?;
     let same = source.key == target.key;
+    if same && let Some(incarnation) = known(target, &spec.target.instance) {
+        // The manager binds what is its own on the way; of another start of the target it says so.
+        lock(&target.seen).bound.insert(spec.name.clone());
+        let request = request(spec.clone(), incarnation, None, by_hand.clone());
+        match source.link.done(RequestBody::Connect(request), limit).await {
+            Err(LinkError::Refused(_)) => {}
+            other => return Ok(other?),
+        }
+    }
+    let incarnation = bind(target, &spec, limit).await?;
     let socket = target.folder.join(CONTROL_SOCKET);
     let socket = (!same).then(|| socket.display().to_string());
     dial(source, request(spec, incarnation, socket, by_hand), limit).await
+}
+
+/// The incarnation of a component that was made here and not deleted since.
+fn known(manager: &Manager, instance: &str) -> Option<String> {
+    lock(&manager.seen).incarnations.get(instance).cloned()
 }
 
 /// Connects a port of this node with one of another node, whose agent is asked where it is.
@@ -91,6 +106,7 @@ pub(crate) async fn bind(
         port: spec.target.port.clone(),
         source: spec.source.to_string(),
     });
+    lock(&target.seen).bound.insert(spec.name.clone());
     match target.link.call(binding, limit).await? {
         ResponseBody::Bound { incarnation } => Ok(incarnation),
         _ => Err(target.link.unexpected().into()),
@@ -204,7 +220,8 @@ pub(super) async fn disconnect(
     }
     let ends = verb.agent.managers.of_system(key.system.as_ref());
     // A manager that hangs keeps its binding; it does no harm without a source, and must not hold up the rest.
-    let ends = ends.iter().filter(|m| lock(&m.seen).responsive);
+    let may = |seen: &Seen| seen.responsive && seen.may_bind(&connector);
+    let ends = ends.iter().filter(|m| may(&lock(&m.seen)));
     let unbound = ends.map(|manager| unbind(manager, connector.clone(), limit));
     futures_util::future::join_all(unbound).await;
     Ok(())
@@ -229,8 +246,11 @@ pub(crate) async fn part(
 
 /// Removes a binding, if that can be done.
 pub(crate) async fn unbind(manager: &Manager, connector: String, limit: Duration) {
-    let request = RequestBody::Unbind { connector };
-    if let Err(e) = manager.link.done(request, limit).await {
-        tracing::debug!(manager = manager.key.display_name(), "cannot unbind: {e}");
+    let request = RequestBody::Unbind {
+        connector: connector.clone(),
+    };
+    match manager.link.done(request, limit).await {
+        Ok(()) => drop(lock(&manager.seen).bound.remove(&connector)),
+        Err(e) => tracing::debug!(manager = manager.key.display_name(), "cannot unbind: {e}"),
     }
 }

@@ -112,7 +112,7 @@ impl CarryOut for Hands {
                 return Err(StepError::Replaced);
             }
             let outcome = hang::carry_out(&verb, work).await;
-            verb.agent.dirty.notify_one();
+            verb.agent.has_acted();
             outcome
         })
     }

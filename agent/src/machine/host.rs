@@ -5,6 +5,7 @@ mod child;
 mod describe;
 mod family;
 mod finder;
+mod groups;
 mod launch;
 mod node_lock;
 mod nursery;
@@ -14,18 +15,18 @@ mod spawn;
 mod tenant;
 mod zygote;
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use futures_util::future::BoxFuture;
 use rts_agent_api::messages::{ModuleDescription, ModuleFile, ModuleResolution};
-use rts_host::cgroup::{Cgroups, Choice};
+use rts_host::cgroup::{Cgroup, Cgroups, Choice, Version};
 use rts_host::files;
 use rts_host::identity::{Identity, boot_id};
-use rts_manager_api::files::{CONTROL_SOCKET, ManagerFile};
+use rts_manager_api::files::{CONTROL_SOCKET, LOCK, ManagerFile};
 use tokio::net::UnixStream;
 use tokio::task::spawn_blocking;
 
@@ -36,10 +37,11 @@ use crate::events::lock;
 use crate::folders::{Folders, is_folder_id};
 use crate::launch::{Exit, LaunchError, Start};
 use crate::{log_mark, log_tail};
-use cgroup::Prepared;
+use child::Child;
 use family::Family;
 pub use finder::ModuleFinder;
-use launch::{Born, Launcher};
+use groups::Groups;
+use launch::{Born, Ground, Launcher};
 use node_lock::NodeLock;
 use nursery::Nursery;
 use pidfd::PidFd;
@@ -49,8 +51,7 @@ pub(crate) use pull::Pull;
 #[derive(Debug)]
 pub(crate) struct Host {
     folders: Folders,
-    /// The control groups of the home.
-    cgroups: Cgroups,
+    groups: Arc<Groups>,
     launcher: Launcher,
     finder: ModuleFinder,
     /// Where modules come from besides the module paths.
@@ -76,12 +77,13 @@ impl Host {
         let lock = NodeLock::take(&folders, &config.node).await?;
         let program = config.manager_program.as_path();
         let cgroups = Cgroups::of(&folders.home, Choice::from_env());
+        let groups = Arc::new(Groups::new(cgroups, folders.clone()));
         let nursery = config.idle_managers.map(|idle| {
             let idle = idle.min(Config::MOST_IDLE);
-            Nursery::open(program, &folders.home, cgroups.clone(), idle)
+            Nursery::open(program, &folders.home, groups.clone(), idle)
         });
         Ok(Self {
-            cgroups,
+            groups,
             launcher: Launcher::new(program, nursery),
             finder: ModuleFinder::new(&config.module_path, program),
             pull,
@@ -131,26 +133,16 @@ impl Host {
     }
 
     async fn launch_now(&self, start: &Start) -> Result<Launched, LaunchError> {
-        let Prepared {
-            cgroup,
-            ground,
-            log_start,
-        } = self.prepare(start).await?;
-        let born = self.launcher.launch(start, ground).await;
-        let Born { child, in_cgroup } = match born {
-            Ok(born) => born,
-            Err(e) => {
-                if let Some(cgroup) = cgroup {
-                    // It cannot panic.
-                    let _ = spawn_blocking(move || family::remove(&cgroup)).await;
-                }
-                return Err(e);
-            }
+        let (log, log_start) = launch::open_log(start)?;
+        // What the one before left is killed first.
+        let is_left = self.groups.is_left(&start.folder);
+        let waiting = match is_left {
+            true => None,
+            false => self.launcher.waiting(start, &log),
         };
-        let cgroup = match in_cgroup {
-            true => cgroup,
-            // It starts nothing before it was greeted.
-            false => self.enter(cgroup, child.pid).await,
+        let (child, cgroup) = match waiting {
+            Some(waiting) => waiting,
+            None => self.bear(start, log).await?,
         };
         let (pid, exit) = (child.pid, child.exit());
         let control = UnixStream::from_std(child.control).map_err(|source| LaunchError {
@@ -165,8 +157,34 @@ impl Host {
         })
     }
 
+    /// Starts one, in the control group of its run folder where one is permitted.
+    async fn bear(&self, start: &Start, log: File) -> Result<(Child, Option<Cgroup>), LaunchError> {
+        let cgroup = self.group(start).await?;
+        let birth = cgroup.as_ref().filter(|c| c.version() == Version::V2);
+        let ground = Ground {
+            log,
+            // Without it, a process is put there after its birth.
+            cgroup: birth.and_then(|cgroup| File::open(cgroup.path()).ok()),
+        };
+        match self.launcher.launch(start, ground).await {
+            Ok(born) if born.in_cgroup => Ok((born.child, cgroup)),
+            // It starts nothing before it was greeted.
+            Ok(Born { child, .. }) => {
+                let cgroup = self.enter(cgroup, child.pid).await;
+                Ok((child, cgroup))
+            }
+            Err(e) => {
+                if let Some(cgroup) = cgroup {
+                    // It cannot panic.
+                    let _ = spawn_blocking(move || family::remove(&cgroup)).await;
+                }
+                Err(e)
+            }
+        }
+    }
+
     async fn find_now(&self, folder: &Path, file: &ManagerFile) -> io::Result<Found> {
-        let cgroup = self.cgroup_of(folder, file.pid).await?;
+        let cgroup = self.cgroup_of(folder, file).await?;
         let pidfd = PidFd::open(file.pid, Some(file.start_ticks))?;
         let exit = async move {
             pidfd.ended().await;
@@ -213,6 +231,11 @@ impl Machine for Host {
     fn remove_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, ()> {
         let path = folder.to_owned();
         Box::pin(async move {
+            // What a manager leaves that has ended orderly; another thread is asked for more.
+            let _ = fs::remove_file(path.join(LOCK));
+            if fs::remove_dir(&path).is_ok() {
+                return;
+            }
             match blocking(move || fs::remove_dir_all(path)).await {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => {
                     tracing::warn!("cannot remove {}: {e}", folder.display());
@@ -227,15 +250,14 @@ impl Machine for Host {
         folder: &'a Path,
         file: Option<ManagerFile>,
     ) -> BoxFuture<'a, io::Result<()>> {
-        let (cgroups, name) = (self.cgroups.clone(), self.folders.cgroup(folder));
-        let folder = folder.to_owned();
+        let (groups, folder) = (self.groups.clone(), folder.to_owned());
         Box::pin(blocking(move || {
-            tenant::bury(&folder, file.as_ref(), &cgroups, &name)
+            tenant::bury(&folder, file.as_ref(), &groups)
         }))
     }
 
     fn bury_orphans(&self, living: Vec<PathBuf>) -> BoxFuture<'_, ()> {
-        Box::pin(async move { self.bury_cgroups(&living).await })
+        Box::pin(self.bury_cgroups(living))
     }
 
     fn work(&self, begins: bool) {
@@ -291,9 +313,9 @@ impl Machine for Host {
     }
 
     fn mark_log<'a>(&'a self, log: &'a Path, who: &'a str) -> BoxFuture<'a, ()> {
-        let (path, who) = (log.to_owned(), who.to_owned());
+        // So short a work is shorter than to ask another thread for it.
         Box::pin(async move {
-            if let Err(e) = blocking(move || log_mark::mark(&path, &who)).await {
+            if let Err(e) = log_mark::mark(log, who) {
                 // A full disk must not stop a robot.
                 tracing::warn!("cannot mark the log {}: {e}", log.display());
             }

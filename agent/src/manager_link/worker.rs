@@ -19,6 +19,8 @@ use crate::machine::{Control, Machine};
 const GREETING: Duration = Duration::from_secs(5);
 /// For what was answered before a connection could no longer be written to.
 const LAST_ANSWERS: Duration = Duration::from_millis(100);
+/// Most requests that are written together.
+const AT_ONCE: usize = 64;
 /// First and longest pause between two attempts to connect.
 const BACK_OFF: (Duration, Duration) = (Duration::from_millis(50), Duration::from_secs(2));
 
@@ -136,16 +138,23 @@ impl Worker {
             }
         };
         let writing = async {
-            while let Some(call) = self.queue.recv().await {
-                let Some(bytes) = self.pending.note(call, version) else {
-                    continue;
-                };
+            let mut calls = Vec::new();
+            let mut bytes = Vec::new();
+            while self.queue.recv_many(&mut calls, AT_ONCE).await > 0 {
+                // What is asked at once goes out at once: the manager is woken once for all of it.
+                let requests = calls.drain(..);
+                bytes.extend(
+                    requests
+                        .flat_map(|call| self.pending.note(call, version))
+                        .flatten(),
+                );
                 if let Err(e) = to.write_all(&bytes).await {
                     return FrameError::from(e);
                 }
                 if let Err(e) = to.flush().await {
                     return FrameError::from(e);
                 }
+                bytes.clear();
             }
             FrameError::Closed
         };

@@ -85,7 +85,7 @@ impl Agent {
     /// Puts a manager into the registry and waits for its end in the background.
     pub(super) fn register(self: &Arc<Self>, manager: Arc<Manager>, exit: ExitFuture) {
         lock(&self.managers.live).insert(manager.key.clone(), manager.clone());
-        self.dirty.notify_one();
+        self.has_acted();
         let agent = Arc::downgrade(self);
         tokio::spawn(async move {
             let exit = exit.await;
@@ -133,11 +133,12 @@ impl Agent {
 
     /// Tells of a manager's end.
     fn buried(&self, manager: &Manager, exit: Exit) {
-        self.dirty.notify_one();
         if manager.is_stopping() {
+            self.has_acted();
             tracing::info!(manager = manager.key.display_name(), "stopped: {exit}");
             return;
         }
+        self.dirty.notify_one();
         let event = died(manager, exit);
         self.manager_failed(&manager.key, event.message.clone());
         self.events.push(event);

@@ -23,14 +23,9 @@ fn holding(incarnations: &[&str]) -> ManagerInventory {
 
 #[test]
 fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_does() {
-    let mut seen = Seen {
-        answered: false,
-        responsive: false,
-        inventory: holding(&["one"]),
-        deleted: BTreeSet::new(),
-        made: 0,
-        told: 0,
-    };
+    let mut seen = Seen::new();
+    seen.inventory = holding(&["one"]);
+    seen.responsive = false;
     seen.forget("A0");
     assert!(seen.inventory.components.is_empty());
     seen.keep(holding(&["one"]), 0);
@@ -42,14 +37,7 @@ fn a_deleted_component_comes_back_by_no_answer_from_before_but_its_successor_doe
 
 #[test]
 fn what_was_to_be_made_since_it_was_asked_may_be_in_it() {
-    let mut seen = Seen {
-        answered: false,
-        responsive: true,
-        inventory: holding(&[]),
-        deleted: BTreeSet::new(),
-        made: 0,
-        told: 0,
-    };
+    let mut seen = Seen::new();
     assert!(seen.may_hold_more());
     seen.keep(holding(&[]), 0);
     assert!(!seen.may_hold_more());
@@ -60,6 +48,24 @@ fn what_was_to_be_made_since_it_was_asked_may_be_in_it() {
     assert!(seen.may_hold_more());
     seen.keep(holding(&["one"]), 1);
     assert!(!seen.may_hold_more());
+}
+
+#[test]
+fn an_end_is_looked_for_where_it_was_asked_for_until_it_is_shown_and_where_it_is_shown() {
+    let mut seen = Seen::new();
+    assert!(seen.may_bind("c"), "nothing is known");
+    seen.keep(holding(&["one"]), 0);
+    assert!(!seen.may_bind("c"));
+    seen.bound.insert("c".to_owned());
+    seen.keep(holding(&["one"]), 0);
+    assert!(seen.may_bind("c"), "it was asked before");
+    let mut shown = holding(&["one"]);
+    let end = json!({"connector": "c", "port": "in", "connected": false, "samplesReceived": 0, "drops": 0});
+    shown.components[0].bindings = vec![serde_json::from_value(end).unwrap()];
+    seen.keep(shown, 0);
+    assert!(seen.bound.is_empty() && seen.may_bind("c"));
+    seen.keep(holding(&["one"]), 0);
+    assert!(!seen.may_bind("c"));
 }
 
 /// A family that dies when it may.

@@ -229,6 +229,7 @@ impl FakeMachine {
                 start_ticks: 0,
                 boot_id: "boot".to_owned(),
                 started: String::new(),
+                cgroup: None,
             },
             exit: watch::Sender::new(None),
             hanging: self.hanging.clone(),

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 
 use rts_manager_api::PROTOCOL_VERSION;
 use rts_manager_api::control::{
-    BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest,
+    Binding, BindingInfo, Busy, ByHandInfo, ComponentInfo, ConnectorInfo, CreateRequest,
     ExecutionContextInfo, Failure, FailureCode, FromManager, Greeting, Hello, ManagerInventory,
     ModuleInfo, PortInfo, RealtimeInfo, Request, RequestBody, Response, ResponseBody, SystemId,
 };
@@ -121,6 +121,7 @@ fn describe(dir: &Path, hello: &Hello) {
         start_ticks: fields.split(' ').nth(19).unwrap().parse().unwrap(),
         boot_id: boot_id.trim().to_owned(),
         started: hello.started.clone(),
+        cgroup: None,
     };
     let path = dir.join(MANAGER_JSON);
     std::fs::write(path, serde_json::to_vec(&file).unwrap()).unwrap();
@@ -207,16 +208,7 @@ impl Fake {
                 component
                     .bindings
                     .retain(|b| b.connector != binding.connector);
-                component.bindings.push(BindingInfo {
-                    connector: binding.connector,
-                    port: binding.port,
-                    source: Some(binding.source),
-                    connected: true,
-                    samples_received: 7,
-                    drops: 0,
-                    gaps: 0,
-                    latency: None,
-                });
+                component.bindings.push(bound(binding));
                 let incarnation = component.incarnation.clone();
                 return Ok(ResponseBody::Bound { incarnation });
             }
@@ -230,6 +222,22 @@ impl Fake {
                 None => return refused(FailureCode::NotFound, "no such component"),
             },
             RequestBody::Connect(request) => {
+                if request.target_socket.is_none()
+                    && let Some(target) = components.get_mut(&request.target_instance)
+                {
+                    if target.incarnation != request.target_incarnation {
+                        return refused(FailureCode::Conflict, "another incarnation");
+                    }
+                    let mut bindings = target.bindings.iter();
+                    if !bindings.any(|b| b.connector == request.connector) {
+                        target.bindings.push(bound(Binding {
+                            connector: request.connector.clone(),
+                            instance: request.target_instance.clone(),
+                            port: request.target_port.clone(),
+                            source: format!("{}.{}", request.instance, request.port),
+                        }));
+                    }
+                }
                 let Some(component) = components.get_mut(&request.instance) else {
                     return refused(FailureCode::NotFound, "no such component");
                 };
@@ -422,6 +430,19 @@ fn busy(component: &ComponentInfo) -> Option<Busy> {
         callback: callback.to_owned(),
         milliseconds: milliseconds.parse().unwrap(),
     })
+}
+
+fn bound(binding: Binding) -> BindingInfo {
+    BindingInfo {
+        connector: binding.connector,
+        port: binding.port,
+        source: Some(binding.source),
+        connected: true,
+        samples_received: 7,
+        drops: 0,
+        gaps: 0,
+        latency: None,
+    }
 }
 
 fn component(request: CreateRequest) -> ComponentInfo {

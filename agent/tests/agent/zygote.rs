@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use rts_agent_api::AgentApi;
+use rts_host::cgroup::Cgroup;
 use rts_plan::observed::Inventory;
 use rustix::process::Signal;
 
@@ -181,6 +182,75 @@ async fn those_that_wait_are_used_replaced_and_end_with_the_agent() {
     })
     .await;
     assert_eq!(agent.named("rts-manager"), managers);
+}
+
+/// Names of the control groups of version 2 of this home, and who is in each.
+fn groups(agent: &AgentProcess) -> Vec<(String, Vec<u32>)> {
+    let members = |group: &Cgroup| {
+        let mut pids: Vec<u32> = group.processes().iter().map(|p| p.pid() as u32).collect();
+        pids.sort_unstable();
+        pids
+    };
+    let all = agent.cgroups();
+    all.iter()
+        .map(|g| (g.name().to_owned(), members(g)))
+        .collect()
+}
+
+#[tokio::test]
+async fn one_that_waits_has_a_group_of_its_own_which_it_keeps_and_nothing_is_left_of() {
+    if !crate::cgroups::permitted("v2") {
+        return;
+    }
+    let mut agent = AgentProcess::warm("v2", 2).await;
+    agent.node.accept(1).await;
+    let (_, idle) = warm(&agent, 2).await;
+    let own = groups(&agent);
+    let mut alone: Vec<u32> = own.iter().flat_map(|(_, pids)| pids.clone()).collect();
+    alone.sort_unstable();
+    assert_eq!((own.len(), &alone), (2, &idle), "each has one of its own");
+    all_ok(&start_many(&agent, "up", 1).await);
+    let used = agent.manager().await;
+    assert!(idle.contains(&used.pid));
+    is_a_manager(&agent, used.pid);
+    let (name, _) = own.iter().find(|(_, pids)| pids == &[used.pid]).unwrap();
+    let file = &agent.node.managers()[0];
+    assert_eq!(file.cgroup.as_ref(), Some(name));
+
+    // The next agent finds it there, and leaves it alone when it buries what the one before kept ready.
+    warm(&agent, 2).await;
+    agent.kill();
+    until("those that waited have ended", || {
+        agent.named("rts-idle").is_empty()
+    })
+    .await;
+    assert_eq!(groups(&agent).len(), 3, "two of them are empty");
+    agent.start_again().await;
+    warm(&agent, 2).await;
+    until("what nobody owns is gone", || groups(&agent).len() == 3).await;
+    assert!(groups(&agent).contains(&(name.clone(), vec![used.pid])));
+
+    let adopted = agent.manager().await;
+    assert_eq!(adopted.pid, used.pid);
+    assert_eq!(agent.stop_manager("down", &adopted).await, "ok");
+    assert!(!lives(used.pid));
+    assert!(groups(&agent).iter().all(|(left, _)| left != name));
+    // One that ends while it waits takes its group with it.
+    let (_, idle) = warm(&agent, 2).await;
+    let before = groups(&agent);
+    kill(idle[0], Signal::KILL);
+    until("another one waits in another group", || {
+        let now = groups(&agent);
+        now.len() == 2 && now != before && now.iter().all(|(_, pids)| pids.len() == 1)
+    })
+    .await;
+    let pid = rustix::process::Pid::from_raw(agent.pid() as i32).unwrap();
+    rustix::process::kill_process(pid, Signal::TERM).unwrap();
+    assert!(agent.ended().await.success());
+    until("an orderly end leaves no group", || {
+        groups(&agent).is_empty()
+    })
+    .await;
 }
 
 #[tokio::test]

@@ -41,6 +41,20 @@ impl Cgroup {
         self.version
     }
 
+    /// Makes a new one beside it, also when it is gone by now; an error when one of that name is there.
+    pub fn beside(&self, name: &str) -> io::Result<Self> {
+        let path = self.path.with_file_name(name);
+        let mut made = std::fs::create_dir(&path);
+        if matches!(&made, Err(e) if e.kind() == io::ErrorKind::NotFound)
+            && let Some(parent) = path.parent()
+        {
+            // The last group of the home was removed, and the folder with it.
+            let _ = std::fs::create_dir(parent);
+            made = std::fs::create_dir(&path);
+        }
+        made.map(|()| Self::new(path, self.version))
+    }
+
     /// Puts a process into it; what the process starts from then on is in it too.
     pub fn join(&self, pid: u32) -> io::Result<()> {
         std::fs::write(self.path.join("cgroup.procs"), pid.to_string())
@@ -143,11 +157,22 @@ impl Cgroup {
                 other => break other?,
             }
         }
+        self.remove_parent();
+        Ok(())
+    }
+
+    /// The same without waiting for a kernel that has not let go of it yet.
+    pub fn remove_now(&self) -> io::Result<()> {
+        self.remove_once()?;
+        self.remove_parent();
+        Ok(())
+    }
+
+    fn remove_parent(&self) {
         if let Some(parent) = self.path.parent() {
             // Refused while others are in it.
             let _ = std::fs::remove_dir(parent);
         }
-        Ok(())
     }
 
     fn remove_once(&self) -> io::Result<()> {

@@ -241,3 +241,21 @@ fn a_group_of_another_process_namespace_is_not_meant() {
     drop(child.stdin.take());
     child.wait().unwrap();
 }
+
+#[test]
+fn one_is_made_beside_another_that_is_there_or_gone_but_not_twice() {
+    let Some(fixture) = fixture(Choice::Auto) else {
+        return;
+    };
+    let first = fixture.groups.create("first").unwrap();
+    let second = first.beside("second").unwrap();
+    assert_eq!(second.path().parent(), first.path().parent());
+    let refused = first.beside("second").unwrap_err();
+    assert_eq!(refused.kind(), std::io::ErrorKind::AlreadyExists);
+    first.remove().unwrap();
+    second.remove().unwrap();
+    assert_eq!(fixture.groups.folders(), Vec::<PathBuf>::new());
+    let again = second.beside("second").unwrap();
+    assert_eq!(again, second);
+    again.remove().unwrap();
+}

@@ -182,6 +182,7 @@ impl Process {
             start_ticks: self.start_ticks,
             boot_id,
             started: self.hello.started.clone(),
+            cgroup: None,
         }
     }
 }

@@ -31,4 +31,7 @@ pub struct ManagerFile {
     pub boot_id: String,
     /// Wall-clock start, RFC 3339.
     pub started: String,
+    /// Name of its control group, where that is not the one that its run folder has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cgroup: Option<String>,
 }

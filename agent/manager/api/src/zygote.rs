@@ -24,6 +24,9 @@ pub const MAX_BECOME: usize = 64 * 1024;
 pub struct Fork {
     /// The copy is to be born in the control group whose folder came along.
     pub cgroup: bool,
+    /// The copy will wait to be told who it is: it starts its threads meanwhile. One that is told at once does not.
+    #[serde(default)]
+    pub waits: bool,
 }
 
 /// What a zygote says.
@@ -65,6 +68,9 @@ pub struct Become {
     pub system: Option<SystemId>,
     /// Unique id of this start.
     pub incarnation: String,
+    /// Name of its control group, where that is not the one that its run folder has: told in its `manager.json`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cgroup: Option<String>,
 }
 
 /// Reads a datagram.

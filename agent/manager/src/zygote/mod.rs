@@ -13,6 +13,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::process::ExitCode;
 
+use rts_host::identity::boot_id;
 use rts_manager_api::passing;
 use rts_manager_api::zygote::{Fork, FromZygote, MAX_DATAGRAM, ZYGOTE_VERSION, decode};
 
@@ -27,9 +28,11 @@ pub fn run(home: &OsStr) -> ExitCode {
     let show = |what: &str, name| title.show(name, [OsStr::new(what), "--home".as_ref(), home]);
     show("--zygote", c"rts-zygote");
     match serve() {
-        Ok(Some(control)) => {
-            show("--idle", c"rts-idle");
-            crate::finish(live(control, &title))
+        Ok(Some(copy)) => {
+            if copy.waits {
+                show("--idle", c"rts-idle");
+            }
+            crate::finish(live(copy, &title))
         }
         Ok(None) => ExitCode::SUCCESS,
         Err(error) => {
@@ -39,9 +42,18 @@ pub fn run(home: &OsStr) -> ExitCode {
     }
 }
 
-/// Answers orders. In a copy it gives the control connection, in the zygote nothing, at the end.
-fn serve() -> io::Result<Option<UnixStream>> {
+/// What a copy knows of itself.
+struct Own {
+    control: UnixStream,
+    /// It is not told at once who it is.
+    waits: bool,
+}
+
+/// Answers orders. In a copy it gives what that knows of itself, in the zygote nothing, at the end.
+fn serve() -> io::Result<Option<Own>> {
     let socket = server::take_stdin()?.ok_or_else(|| bad("standard input is no socket"))?;
+    // Read once, for all copies.
+    let _ = boot_id();
     let copier = Copier::new()?;
     let version = ZYGOTE_VERSION;
     tell(&socket, &FromZygote::Ready { version }, None)?;
@@ -57,7 +69,10 @@ fn serve() -> io::Result<Option<UnixStream>> {
             return Err(bad("an order came without its socket"));
         };
         match copier.copy(cgroup.as_ref().map(AsFd::as_fd)) {
-            Ok(Copy::Own) => return settle(control).map(Some),
+            Ok(Copy::Own) => {
+                let (control, waits) = (settle(control)?, order.waits);
+                return Ok(Some(Own { control, waits }));
+            }
             Ok(Copy::Other {
                 pid,
                 pidfd,
@@ -90,11 +105,12 @@ fn settle(control: OwnedFd) -> io::Result<UnixStream> {
 }
 
 /// The life of a copy: it waits to be told who it is, and is that.
-fn live(
-    control: UnixStream,
-    title: &Title,
-) -> Result<crate::manager::Leftovers, crate::ServeError> {
+fn live(own: Own, title: &Title) -> Result<crate::manager::Leftovers, crate::ServeError> {
+    let Own { control, waits } = own;
     let waiting = Waiting::prepare()?;
+    if waits {
+        waiting.start_threads();
+    }
     let named = identity::wait(&control, waiting.ends());
     let Some(Identity { settings, log }) = named.map_err(server::process("learn who it is"))?
     else {

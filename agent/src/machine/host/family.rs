@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use futures_util::future::BoxFuture;
-use rts_host::cgroup::Cgroup;
+use rts_host::cgroup::{Cgroup, Version};
 use rts_host::identity::Identity;
-use rts_host::process::{Process, group_of_lives, signal_group_of};
+use rts_host::process::{Process, group_is_gone, group_of_lives, signal_group_of};
 use rts_host::usage::usage;
 use rts_plan::observed::Usage;
 use rustix::process::{self, Pid, getpgid};
@@ -60,6 +60,10 @@ impl Family {
     }
 
     async fn end_within(&self, limit: Duration) -> bool {
+        if self.is_gone() {
+            self.free().await;
+            return true;
+        }
         let end = Instant::now() + limit;
         let mut pause = Duration::from_millis(1);
         while self.lives().await {
@@ -70,10 +74,25 @@ impl Family {
             sleep(pause).await;
             pause = (pause * 2).min(Duration::from_millis(50));
         }
-        if let Some(cgroup) = self.cgroup.clone() {
+        self.free().await;
+        true
+    }
+
+    /// True when all are gone, as far as a moment tells: most often its end was orderly.
+    fn is_gone(&self) -> bool {
+        let empty = |group: &Cgroup| group.version() == Version::V2 && !group.is_populated();
+        group_is_gone(self.leader.pid) && self.cgroup.as_ref().is_none_or(empty)
+    }
+
+    /// Removes the control group, in which nobody lives any more.
+    async fn free(&self) {
+        let Some(cgroup) = self.cgroup.clone() else {
+            return;
+        };
+        // Another thread is asked only where the kernel has not let go of it yet.
+        if cgroup.remove_now().is_err() {
             let _ = spawn_blocking(move || remove(&cgroup)).await;
         }
-        true
     }
 
     /// A look at all processes, off the thread that serves.

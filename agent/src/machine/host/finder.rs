@@ -30,6 +30,25 @@ struct Version {
     size: u64,
 }
 
+impl Version {
+    fn of(path: &Path, metadata: &Metadata) -> Self {
+        Self {
+            path: path.to_owned(),
+            file: (metadata.dev(), metadata.ino()),
+            modified: (metadata.mtime(), metadata.mtime_nsec()),
+            size: metadata.size(),
+        }
+    }
+}
+
+fn file(path: &Path, digest: String) -> ModuleFile {
+    ModuleFile {
+        path: path.display().to_string(),
+        digest,
+        description: None,
+    }
+}
+
 /// Descriptions by digest and type name.
 type Descriptions = HashMap<(String, String), Option<ModuleDescription>>;
 
@@ -90,6 +109,10 @@ impl ModuleFinder {
 
     /// Where the module of a type is, or where it was looked for.
     pub async fn resolve(&self, type_name: &str) -> io::Result<ModuleResolution> {
+        // A few looks at file names are shorter than to ask another thread for them; reading a file is not.
+        if let Some(known) = self.known(type_name) {
+            return Ok(known);
+        }
         let (finder, name) = (self.clone(), type_name.to_owned());
         let found = tokio::task::spawn_blocking(move || finder.resolve_now(&name));
         found.await.map_err(io::Error::other).flatten()
@@ -103,37 +126,48 @@ impl ModuleFinder {
     }
 
     fn file_now(&self, path: &Path) -> io::Result<ModuleFile> {
-        Ok(ModuleFile {
-            digest: self.digest(path, &fs::metadata(path)?)?,
-            path: path.display().to_string(),
-            description: None,
-        })
+        Ok(file(path, self.digest(path, &fs::metadata(path)?)?))
     }
 
     fn resolve_now(&self, type_name: &str) -> io::Result<ModuleResolution> {
+        let (found, searched) = self.search(type_name);
+        let module = match found {
+            Some((path, metadata)) => Some(file(&path, self.digest(&path, &metadata)?)),
+            None => None,
+        };
+        Ok(ModuleResolution {
+            type_name: type_name.to_owned(),
+            module,
+            searched,
+        })
+    }
+
+    /// The same for a file whose digest is known; none for any other.
+    fn known(&self, type_name: &str) -> Option<ModuleResolution> {
+        let (found, searched) = self.search(type_name);
+        let (path, metadata) = found?;
+        let digest = lock(&self.digests)
+            .get(&Version::of(&path, &metadata))?
+            .clone();
+        Some(ModuleResolution {
+            type_name: type_name.to_owned(),
+            module: Some(file(&path, digest)),
+            searched,
+        })
+    }
+
+    /// The first file of a type, and what was looked for.
+    fn search(&self, type_name: &str) -> (Option<(PathBuf, Metadata)>, Vec<String>) {
         let mut searched = Vec::new();
         for path in self.candidates(type_name) {
             searched.push(path.display().to_string());
-            match fs::metadata(&path) {
-                Ok(metadata) if metadata.is_file() => {
-                    return Ok(ModuleResolution {
-                        type_name: type_name.to_owned(),
-                        module: Some(ModuleFile {
-                            digest: self.digest(&path, &metadata)?,
-                            path: path.display().to_string(),
-                            description: None,
-                        }),
-                        searched,
-                    });
-                }
-                _ => {}
+            if let Ok(metadata) = fs::metadata(&path)
+                && metadata.is_file()
+            {
+                return (Some((path, metadata)), searched);
             }
         }
-        Ok(ModuleResolution {
-            type_name: type_name.to_owned(),
-            module: None,
-            searched,
-        })
+        (None, searched)
     }
 
     fn candidates(&self, type_name: &str) -> impl Iterator<Item = PathBuf> {
@@ -148,12 +182,7 @@ impl ModuleFinder {
     }
 
     fn digest(&self, path: &Path, metadata: &Metadata) -> io::Result<String> {
-        let version = Version {
-            path: path.to_owned(),
-            file: (metadata.dev(), metadata.ino()),
-            modified: (metadata.mtime(), metadata.mtime_nsec()),
-            size: metadata.size(),
-        };
+        let version = Version::of(path, metadata);
         if let Some(digest) = lock(&self.digests).get(&version) {
             return Ok(digest.clone());
         }

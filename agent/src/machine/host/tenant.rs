@@ -5,12 +5,13 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::time::SystemTime;
 
-use rts_host::cgroup::{Cgroup, Cgroups};
+use rts_host::cgroup::Cgroup;
 use rts_host::identity::Identity;
 use rts_host::process::{Process, end_group_of, group_of_lives};
 use rts_manager_api::files::{LOCK, MANAGER_JSON, ManagerFile};
 use rustix::fs::FlockOperation;
 
+use super::groups::Groups;
 use crate::machine::{DESCRIBE, GROUP_END, Tenant};
 
 /// Largest description in bytes.
@@ -53,7 +54,7 @@ fn is_young(made: SystemTime) -> bool {
 }
 
 /// The description; none when there is none or it makes no sense.
-fn describe(folder: &Path) -> io::Result<Option<ManagerFile>> {
+pub(super) fn describe(folder: &Path) -> io::Result<Option<ManagerFile>> {
     let mut text = Vec::new();
     match File::open(folder.join(MANAGER_JSON)) {
         Ok(file) => file.take(MAX_FILE).read_to_end(&mut text)?,
@@ -79,17 +80,14 @@ fn is_locked(folder: &Path) -> io::Result<bool> {
 
 /// Removes the folder of a manager that is gone, after it has killed what is left of its process group and its control
 /// group: a child that it forked may even hold its lock. A folder from before the machine was booted names nobody.
-pub(super) fn bury(
-    folder: &Path,
-    file: Option<&ManagerFile>,
-    cgroups: &Cgroups,
-    cgroup: &str,
-) -> io::Result<()> {
+pub(super) fn bury(folder: &Path, file: Option<&ManagerFile>, groups: &Groups) -> io::Result<()> {
     if let Some(file) = file {
         bury_group(file)?;
     }
-    for left in cgroups.find() {
-        if left.name() == cgroup {
+    let recorded = file.and_then(|file| file.cgroup.as_deref());
+    let names = [groups.name(folder, None), groups.name(folder, recorded)];
+    for left in groups.all().find() {
+        if names.iter().any(|name| name == left.name()) {
             bury_cgroup(&left)?;
         }
     }

@@ -150,11 +150,12 @@ impl Zygote {
         matches!(ready, Ok(Ok(_)))
     }
 
-    /// Has a copy made, in a control group if one is given and that can be. One that does not answer is killed.
-    pub async fn fork(&self, cgroup: Option<&File>) -> io::Result<Born> {
+    /// Has a copy made, in a control group if one is given and that can be. Unless it `waits`, it is told at once who it is.
+    /// A zygote that does not answer is killed.
+    pub async fn fork(&self, cgroup: Option<&File>, waits: bool) -> io::Result<Born> {
         let (ours, theirs) = UnixStream::pair()?;
         ours.set_nonblocking(true)?;
-        let answer = self.order(&theirs, cgroup)?;
+        let answer = self.order(&theirs, cgroup, waits)?;
         drop(theirs);
         let Ok(answered) = timeout(FORK, answer).await else {
             self.kill();
@@ -179,9 +180,11 @@ impl Zygote {
         &self,
         control: &UnixStream,
         cgroup: Option<&File>,
+        waits: bool,
     ) -> io::Result<oneshot::Receiver<Answer>> {
         let order = Fork {
             cgroup: cgroup.is_some(),
+            waits,
         };
         let order = serde_json::to_vec(&order)?;
         let mut files = vec![control.as_fd()];

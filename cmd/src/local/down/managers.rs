@@ -85,8 +85,10 @@ pub fn live_managers(home: &Home) -> Result<Vec<LiveManager>, LocalError> {
 pub(super) fn names(home: &Home) -> Result<BTreeMap<String, String>, LocalError> {
     let named = manager_folders(home)?.into_iter().map(|folder| {
         let node = folder.parent().map(name_of).unwrap_or_default();
-        let cgroup = format!("{node}.{}", name_of(&folder));
-        (cgroup, LiveManager::of(folder).display_name())
+        let own = format!("{node}.{}", name_of(&folder));
+        let manager = LiveManager::of(folder);
+        let recorded = manager.file.as_ref().and_then(|file| file.cgroup.clone());
+        (recorded.unwrap_or(own), manager.display_name())
     });
     Ok(named.collect())
 }

@@ -88,6 +88,7 @@ fn a_manager_that_does_not_listen_is_stopped_with_its_children() {
         start_ticks: identity.start_ticks,
         boot_id: identity.boot_id,
         started: String::new(),
+        cgroup: None,
     };
     write_json(&folder.join(MANAGER_JSON), &file);
     let end = Instant::now() + Duration::from_secs(10);
@@ -212,6 +213,7 @@ fn what_a_dead_manager_left_in_its_process_group_is_killed_but_not_a_group_of_an
         start_ticks: identity.start_ticks,
         boot_id: "of the day before".to_owned(),
         started: String::new(),
+        cgroup: None,
     };
     write_json(&folder.join(MANAGER_JSON), &file);
     assert_eq!(stop(&home).unwrap(), Stopped::default());

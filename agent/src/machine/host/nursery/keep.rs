@@ -1,12 +1,14 @@
 //! Starting what is to be ready, when nothing else is to be done.
 
+use std::fs::File;
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep, sleep_until};
 
-use super::{Child, Nursery, Zygote};
+use super::{Nursery, Ready, Zygote};
 use crate::events::lock;
 
 /// From the end of a batch until new ones are made ready: whoever sent it looks at what it did, and should not wait.
@@ -58,6 +60,8 @@ impl Patience {
 
 /// Keeps a nursery until it is closed.
 pub(super) async fn keep(nursery: Arc<Nursery>) {
+    let groups = nursery.groups.clone();
+    spawn_blocking(move || groups.sweep());
     let mut patience = Patience::new();
     let mut said = String::new();
     loop {
@@ -98,13 +102,6 @@ async fn fill(nursery: &Arc<Nursery>, zygote: &Arc<Zygote>) -> String {
     if !zygote.ready(START).await {
         return format!("it did not start within {} s", START.as_secs());
     }
-    if nursery.wanted > 0 {
-        let asked = nursery.clone();
-        let of_no_use = spawn_blocking(move || asked.bears_in_groups()).await;
-        if of_no_use.unwrap_or(false) {
-            return std::future::pending().await;
-        }
-    }
     let mut patience = Patience::new();
     loop {
         let wants = nursery.wants();
@@ -121,8 +118,8 @@ async fn fill(nursery: &Arc<Nursery>, zygote: &Arc<Zygote>) -> String {
         if !nursery.wants().more {
             continue;
         }
-        match zygote.fork(None).await {
-            Ok(born) => add(nursery, born.child),
+        match bear(nursery, zygote).await {
+            Ok(ready) => add(nursery, ready),
             Err(e) => {
                 tracing::warn!("no manager can be kept ready: {e}");
                 patience.failed();
@@ -131,15 +128,36 @@ async fn fill(nursery: &Arc<Nursery>, zygote: &Arc<Zygote>) -> String {
     }
 }
 
+/// Makes one, in a control group of its own where that can be.
+async fn bear(nursery: &Arc<Nursery>, zygote: &Zygote) -> io::Result<Ready> {
+    let groups = nursery.groups.clone();
+    let cgroup = spawn_blocking(move || groups.waiting()).await??;
+    let folder = cgroup.as_ref().and_then(|c| File::open(c.path()).ok());
+    let born = zygote.fork(folder.as_ref(), true).await;
+    let in_group = born.as_ref().is_ok_and(|born| born.in_cgroup);
+    let (cgroup, unused) = match in_group {
+        true => (cgroup, None),
+        false => (None, cgroup),
+    };
+    if let Some(unused) = unused {
+        let groups = nursery.groups.clone();
+        spawn_blocking(move || groups.remove(&unused)).await?;
+    }
+    Ok(Ready {
+        child: born?.child,
+        cgroup,
+    })
+}
+
 /// Keeps one ready, and watches it.
-fn add(nursery: &Arc<Nursery>, child: Child) {
-    let (pid, pidfd) = (child.pid, child.pidfd.clone());
+fn add(nursery: &Arc<Nursery>, ready: Ready) {
+    let (pid, pidfd) = (ready.child.pid, ready.child.pidfd.clone());
     {
         let mut state = lock(&nursery.state);
         if state.closed {
-            return child.let_go();
+            return ready.let_go(&nursery.groups);
         }
-        state.idle.push(child);
+        state.idle.push(ready);
     }
     let nursery = Arc::downgrade(nursery);
     tokio::spawn(async move {

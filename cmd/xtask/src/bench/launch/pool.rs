@@ -15,8 +15,6 @@ use crate::bench::stack::Stack;
 /// The variable that says how many wait, and the option that shows that an agent knows of it.
 const VARIABLE: &str = "RTSCTL_IDLE_MANAGERS";
 const OPTION: &str = "--idle-managers";
-/// Without control groups: where a manager is born in one, none is kept waiting, because moving it there later costs more.
-const NO_GROUPS: (&str, &str) = ("RTSCTL_CGROUP", "off");
 /// Sizes that are compared.
 const SIZES: [usize; 2] = [0, 2];
 /// Name of a manager that waits.
@@ -57,7 +55,7 @@ pub fn stacks(programs: &Path) -> Result<Vec<Pool>> {
     }
     let start = |size: usize| {
         let size_text = size.to_string();
-        let stack = Stack::start_with(programs, &[(VARIABLE, &size_text), NO_GROUPS])?;
+        let stack = Stack::start_with(programs, &[(VARIABLE, &size_text)])?;
         Ok(Pool { size, stack })
     };
     SIZES.into_iter().map(start).collect()

@@ -1,0 +1,156 @@
+//! The control groups of this node: that of a manager has the name of its run folder, and that of a process which waits
+//! to become one a name of its own, which its `manager.json` tells later.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rts_host::cgroup::{Cgroup, Cgroups, NotPermitted, Version};
+
+use super::family::remove;
+use crate::events::lock;
+use crate::folders::Folders;
+use crate::machine::GROUP_END;
+
+/// Numbers that are tried for a new name: what has one of them was made by an agent with this process's number.
+const TRIES: u32 = 100;
+
+/// Makes groups, and knows those of the processes that wait.
+#[derive(Debug)]
+pub(super) struct Groups {
+    cgroups: Cgroups,
+    folders: Folders,
+    /// One that was made: others are made beside it, without a search for the place.
+    made: Mutex<Option<Cgroup>>,
+    /// The next number of a name.
+    next: AtomicU64,
+    /// Names that were given to processes that wait, and to what became of them.
+    given: Mutex<BTreeSet<String>>,
+}
+
+impl Groups {
+    /// Those of a node.
+    pub fn new(cgroups: Cgroups, folders: Folders) -> Self {
+        Self {
+            cgroups,
+            folders,
+            made: Mutex::default(),
+            next: AtomicU64::new(0),
+            given: Mutex::default(),
+        }
+    }
+
+    /// All of the home.
+    pub fn all(&self) -> &Cgroups {
+        &self.cgroups
+    }
+
+    /// The group of a manager that is about to start; none when that cannot be had in a moment: nobody knows yet where
+    /// groups are permitted, or it is there, and somebody may live in it.
+    pub fn fresh(&self, folder: &Path) -> Option<Cgroup> {
+        let made = lock(&self.made).clone()?;
+        made.beside(&self.folders.cgroup(folder)).ok()
+    }
+
+    /// The same, however long it takes to kill who lives in it; none when somebody does not die. Blocks.
+    pub fn make(&self, folder: &Path) -> Result<Option<Cgroup>, NotPermitted> {
+        let cgroup = self.cgroups.create(&self.folders.cgroup(folder))?;
+        *lock(&self.made) = Some(cgroup.clone());
+        Ok(cgroup.kill_within(GROUP_END).then_some(cgroup))
+    }
+
+    /// True when a manager of this run folder left a group behind.
+    pub fn is_left(&self, folder: &Path) -> bool {
+        let made = lock(&self.made).clone();
+        let parent = made.as_ref().and_then(|made| made.path().parent());
+        parent.is_some_and(|parent| parent.join(self.folders.cgroup(folder)).exists())
+    }
+
+    /// A group of version 2 for a process that will wait in it; none where there is no such. Blocks.
+    pub fn waiting(&self) -> io::Result<Option<Cgroup>> {
+        let pid = std::process::id();
+        for _ in 0..TRIES {
+            let number = self.next.fetch_add(1, Ordering::Relaxed);
+            let name = self.folders.waiting_cgroup(pid, number);
+            // Before it is there: nobody takes it for one that nobody owns.
+            lock(&self.given).insert(name.clone());
+            let made = lock(&self.made).clone();
+            let group = match made.map(|made| made.beside(&name)) {
+                Some(Err(e)) if e.kind() == io::ErrorKind::AlreadyExists => continue,
+                Some(Ok(group)) => group,
+                _ => match self.cgroups.create(&name) {
+                    Ok(group) => group,
+                    Err(_) => return Ok(None),
+                },
+            };
+            *lock(&self.made) = Some(group.clone());
+            if group.version() == Version::V2 {
+                return Ok(Some(group));
+            }
+            self.remove(&group);
+            return Ok(None);
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+
+    /// Removes groups of processes that waited for an agent that is gone, as far as nobody is in them. Blocks.
+    pub fn sweep(&self) {
+        for group in self.cgroups.find() {
+            let name = group.name();
+            if self.folders.is_waiting_cgroup(name) && !lock(&self.given).contains(name) {
+                // Refused while somebody lives in it.
+                let _ = group.remove_now();
+            }
+        }
+    }
+
+    /// Removes the group of a process that has ended while it waited. Blocks.
+    pub fn remove(&self, group: &Cgroup) {
+        remove(group);
+        lock(&self.given).remove(group.name());
+    }
+
+    /// The group that a manager is in.
+    pub fn holding(&self, folder: &Path, recorded: Option<&str>, pid: u32) -> Option<Cgroup> {
+        self.cgroups.holding(&self.name(folder, recorded), pid)
+    }
+
+    /// The name of a manager's group.
+    pub fn name(&self, folder: &Path, recorded: Option<&str>) -> String {
+        // What a file says leads nowhere but to a group of this node.
+        let recorded = recorded.filter(|name| self.folders.is_waiting_cgroup(name));
+        recorded.map_or_else(|| self.folders.cgroup(folder), str::to_owned)
+    }
+
+    /// Groups that nobody owns: no manager, alive or dead, whose run folder is there, and no process that waits. Blocks.
+    pub fn orphans(&self, living: &[std::path::PathBuf]) -> Vec<Cgroup> {
+        let mut orphans = self.cgroups.find();
+        let there: BTreeSet<&str> = orphans.iter().map(Cgroup::name).collect();
+        // After they were listed: a process that was named meanwhile is in its file, or is known here.
+        let recorded = self.recorded();
+        let mut given = lock(&self.given);
+        given.retain(|name| there.contains(name.as_str()));
+        let given = given.clone();
+        orphans.retain(|cgroup| {
+            let name = cgroup.name();
+            if self.folders.is_waiting_cgroup(name) {
+                return !given.contains(name) && !recorded.contains(name);
+            }
+            let folder = self.folders.of_cgroup(name);
+            folder.is_some_and(|folder| !living.contains(&folder) && !folder.exists())
+        });
+        orphans
+    }
+
+    /// The names that the files of run folders tell.
+    fn recorded(&self) -> BTreeSet<String> {
+        let folders = std::fs::read_dir(&self.folders.run).into_iter().flatten();
+        let files = folders.flatten().filter_map(|entry| {
+            let described = super::tenant::describe(&entry.path());
+            described.ok()??.cgroup
+        });
+        files.collect()
+    }
+}
