@@ -273,7 +273,10 @@ impl Core {
     pub fn place(&self, candidate: Option<&SystemRecord>) -> Arc<Placement> {
         match candidate {
             Some(candidate) => self.place_with(Arc::new(candidate.clone())),
-            None => self.place_all(&self.registry().systems.clone()),
+            None => {
+                let records = self.registry().systems.clone();
+                self.place_all(&records)
+            }
         }
     }
 
