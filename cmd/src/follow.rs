@@ -5,12 +5,14 @@ mod log;
 mod watching;
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
-use rts_controller_api::objects::{Kind, Phase, System, Waiting};
+use rts_controller_api::objects::{Kind, Phase, System, SystemState, Waiting};
 use rts_controller_api::watch::WatchType;
+use rts_schemas::system::SystemSpec;
 use tokio::time::timeout_at;
 
 pub use self::known::{Change, Memory};
@@ -21,6 +23,8 @@ pub use self::watching::{News, Watching};
 const LOOK: Duration = Duration::from_secs(1);
 /// How long the controller may be silent.
 const SILENCE: Duration = Duration::from_secs(5);
+/// How long it may be too busy to answer what it was asked.
+const BUSY: Duration = Duration::from_secs(60);
 
 /// States of one system as they come: by watching, and by asking now and then, so that a watch that tells nothing costs
 /// nothing but time.
@@ -28,7 +32,9 @@ pub struct Follower {
     controller: Controller,
     name: String,
     uid: String,
-    watching: Watching<System>,
+    /// It does not change while it is followed; the controller is asked only for the rest.
+    spec: Arc<SystemSpec>,
+    watching: Watching<SystemState>,
     silent_since: Option<Instant>,
 }
 
@@ -40,7 +46,8 @@ impl Follower {
             controller: controller.clone(),
             name: from.metadata.name.clone(),
             uid: from.metadata.uid.clone(),
-            watching: Watching::new(controller, Kind::System, Some(version)),
+            spec: Arc::clone(&from.spec),
+            watching: Watching::new(&controller.states(), Kind::System, Some(version)),
             silent_since: None,
         }
     }
@@ -81,7 +88,8 @@ impl Follower {
                 News::Back => self.silent_since = None,
                 News::All(list) => {
                     let mut items = list.items.into_iter();
-                    return Ok(items.find(|s| s.metadata.name == self.name && self.same(s)));
+                    let own = items.find(|s| s.metadata.name == self.name && self.same(s));
+                    return Ok(own.map(|state| self.whole(state)));
                 }
                 News::Change(_, system) if system.metadata.name != self.name => {}
                 News::Change(WatchType::Deleted, system) => {
@@ -89,7 +97,10 @@ impl Follower {
                         return Ok(None);
                     }
                 }
-                News::Change(_, system) => return Ok(Some(system).filter(|s| self.same(s))),
+                News::Change(_, system) => {
+                    let own = Some(system).filter(|s| self.same(s));
+                    return Ok(own.map(|state| self.whole(state)));
+                }
             }
         }
     }
@@ -98,31 +109,45 @@ impl Follower {
     async fn ask(&mut self) -> Result<Option<Option<System>>, ClientError> {
         let asked = timeout_at(
             tokio::time::Instant::now() + SILENCE,
-            self.controller.system(&self.name),
+            self.controller.system_state(&self.name),
         );
         match asked.await {
             Ok(Ok(system)) => {
                 self.silent_since = None;
-                Ok(Some(Some(system).filter(|s| self.same(s))))
+                let own = Some(system).filter(|s| self.same(s));
+                Ok(Some(own.map(|state| self.whole(state))))
             }
             Ok(Err(ClientError::Problem(problem))) if problem.status == 404 => Ok(Some(None)),
             Ok(Err(e)) => self.silent(e).map(|()| None),
-            Err(_) => Err(self.controller.silent("it takes too long to answer")),
+            // It has taken the question: it is there, and busy.
+            Err(_) => {
+                let error = self.controller.silent("it takes too long to answer");
+                self.waited(error, BUSY).map(|()| None)
+            }
         }
     }
 
     /// The controller is silent: an error once that lasts too long.
     fn silent(&mut self, error: ClientError) -> Result<(), ClientError> {
+        self.waited(error, SILENCE)
+    }
+
+    /// It has not answered: an error once that has lasted for so long.
+    fn waited(&mut self, error: ClientError, most: Duration) -> Result<(), ClientError> {
         let since = *self.silent_since.get_or_insert_with(Instant::now);
-        if since.elapsed() < SILENCE {
+        if since.elapsed() < most {
             return Ok(());
         }
         Err(error)
     }
 
     /// Another system of the same name means that ours is gone.
-    fn same(&self, system: &System) -> bool {
+    fn same(&self, system: &SystemState) -> bool {
         system.metadata.uid == self.uid
+    }
+
+    fn whole(&self, state: SystemState) -> System {
+        state.with_spec(Arc::clone(&self.spec))
     }
 }
 

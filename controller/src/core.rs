@@ -269,11 +269,24 @@ impl Core {
         self.pace.took(since);
     }
 
+    /// Shows everything anew, whatever was shown last. Gives how many objects that changes: none, as what is shown node by
+    /// node is what is shown as a whole.
+    pub fn publish_anew(&self) -> u64 {
+        self.publish();
+        let before = self.view.revision();
+        *self.shown() = Shown::default();
+        self.publish();
+        self.view.revision() - before
+    }
+
     /// Places all stored systems, with one of them replaced by `candidate`.
     pub fn place(&self, candidate: Option<&SystemRecord>) -> Arc<Placement> {
         match candidate {
             Some(candidate) => self.place_with(Arc::new(candidate.clone())),
-            None => self.place_all(&self.registry().systems.clone()),
+            None => {
+                let records = self.registry().systems.clone();
+                self.place_all(&records)
+            }
         }
     }
 

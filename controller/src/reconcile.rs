@@ -131,14 +131,16 @@ impl Reconciler {
         tokio::select! {
             biased;
             () = self.core.wake.notified() => {}
-            () = self.told(now + quiet) => {}
+            () = self.told(quiet) => {}
             () = tokio::time::sleep_until(until) => {}
         }
     }
 
-    /// Waits until an agent has told something, and then.
-    async fn told(&self, then: Instant) {
-        tokio::time::sleep_until(then).await;
+    /// Waits until an agent has told something, but not before so long.
+    async fn told(&self, quiet: Duration) {
+        if !quiet.is_zero() {
+            tokio::time::sleep(quiet).await;
+        }
         self.core.news.notified().await;
     }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use futures_util::stream;
-use reqwest::{Body, Method};
+use reqwest::{Body, Method, RequestBuilder};
 use rts_agent_api::messages::{
     ActRequest, Acted, CreateByHand, CreatedByHand, Factory, InjectLine, InjectQuery, Injected,
     LogQuery, ModuleRequest, Timings, TimingsQuery, micros,
@@ -13,7 +13,7 @@ use rts_http::lines::Lines;
 use serde::de::DeserializeOwned;
 use tokio::sync::mpsc::Receiver;
 
-use crate::objects::{Component, Kind, List, Node, System};
+use crate::objects::{Component, Kind, List, Node, System, SystemState};
 use crate::requests::{ApplyRequest, ApplyResult, Exported, NodeClaimed, PlanResult, TakeOver};
 use crate::simulate::{SimulateRequest, Simulated};
 use crate::watch::Watch;
@@ -23,12 +23,38 @@ use crate::{ClientError, paths};
 #[derive(Debug, Clone)]
 pub struct Controller {
     http: Client,
+    /// Lists and watches give objects without their spec.
+    states: bool,
 }
+
+/// Query for objects without their spec.
+const NO_SPEC: [(&str, &str); 1] = [("spec", "false")];
 
 impl Controller {
     /// A controller that listens on the client's socket.
     pub fn new(http: Client) -> Self {
-        Self { http }
+        Self {
+            http,
+            states: false,
+        }
+    }
+
+    /// The same controller; its lists and watches give objects without their spec
+    /// ([`ObjectState`](crate::objects::ObjectState)).
+    #[must_use]
+    pub fn states(&self) -> Self {
+        Self {
+            states: true,
+            ..self.clone()
+        }
+    }
+
+    fn of_kind(&self, kind: Kind) -> RequestBuilder {
+        let request = self.http.request(Method::GET, &paths::objects(kind));
+        match self.states {
+            true => request.query(&NO_SPEC),
+            false => request,
+        }
     }
 
     /// True when it answers `/readyz` with success: it can store what it is told.
@@ -57,7 +83,7 @@ impl Controller {
 
     /// All objects of a kind, with counters as of now.
     pub async fn list<T: DeserializeOwned>(&self, kind: Kind) -> Result<List<T>, ClientError> {
-        self.http.get(&paths::objects(kind)).await
+        self.http.json(self.of_kind(kind)).await
     }
 
     /// Watches a kind from a version on.
@@ -66,10 +92,8 @@ impl Controller {
         kind: Kind,
         from: &str,
     ) -> Result<Watch<T>, ClientError> {
-        let request = self
-            .http
-            .request(Method::GET, &paths::objects(kind))
-            .query(&[("watch", "true"), ("resourceVersion", from)]);
+        let from = [("watch", "true"), ("resourceVersion", from)];
+        let request = self.of_kind(kind).query(&from);
         let response = self.http.accept(request).await?;
         Ok(Watch::new(response, self.http.socket().to_owned()))
     }
@@ -77,6 +101,13 @@ impl Controller {
     /// One system.
     pub async fn system(&self, name: &str) -> Result<System, ClientError> {
         self.http.get(&of_system(paths::SYSTEM, name)).await
+    }
+
+    /// How one system is: all of it but its spec, which may be large.
+    pub async fn system_state(&self, name: &str) -> Result<SystemState, ClientError> {
+        let path = of_system(paths::SYSTEM, name);
+        let request = self.http.request(Method::GET, &path);
+        self.http.json(request.query(&NO_SPEC)).await
     }
 
     /// Applies a system.

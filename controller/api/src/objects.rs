@@ -73,6 +73,33 @@ pub struct Object<Spec, Status> {
     pub status: Status,
 }
 
+/// An object without its spec (`spec=false`), for those who follow how it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ObjectState<Status> {
+    /// [`crate::API_VERSION`].
+    pub api_version: String,
+    /// Kind.
+    pub kind: Kind,
+    /// Name, identity, version.
+    pub metadata: Metadata,
+    /// What is.
+    pub status: Status,
+}
+
+impl<Status> ObjectState<Status> {
+    /// The object, by who knows its spec.
+    pub fn with_spec<Spec>(self, spec: Spec) -> Object<Spec, Status> {
+        Object {
+            api_version: self.api_version,
+            kind: self.kind,
+            metadata: self.metadata,
+            spec,
+            status: self.status,
+        }
+    }
+}
+
 /// Name, identity and version of an object.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
@@ -124,6 +151,8 @@ pub struct Condition {
 
 /// A deployed system. Its spec is shared: it is large, and does not change when the rest does.
 pub type System = Object<Arc<SystemSpec>, SystemStatus>;
+/// A deployed system without its spec.
+pub type SystemState = ObjectState<SystemStatus>;
 /// A node.
 pub type Node = Object<NodeSpecView, NodeStatus>;
 /// A component.

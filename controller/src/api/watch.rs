@@ -82,11 +82,11 @@ impl Reader {
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(change) = self.pending.pop_front() {
-                let event = Event::default().data(change.json(self.with_spec));
-                return Some(match self.snapshot {
-                    true => event,
-                    false => event.id(change.revision.to_string()),
-                });
+                let event = match self.snapshot {
+                    true => Event::default(),
+                    false => Event::default().id(change.revision.to_string()),
+                };
+                return Some(event.data(change.json(self.with_spec)));
             }
             if std::mem::take(&mut self.snapshot) {
                 return self.mark();

@@ -60,6 +60,7 @@ pub(super) async fn end(world: &Arc<Stage>, users: &Users, again: bool) -> Resul
     loop {
         come_to_be(world, users, again).await?;
         world.note("everything is as desired");
+        whole(world)?;
         world.desired.converged();
         match stay(world, users).await {
             Ok(()) => break,
@@ -69,6 +70,17 @@ pub(super) async fn end(world: &Arc<Stage>, users: &Users, again: bool) -> Resul
     }
     world.note("everything is taken down");
     take_down(world, users).await
+}
+
+/// What is shown node by node is what is shown as a whole.
+fn whole(world: &Arc<Stage>) -> Result<(), Violation> {
+    match world.hosts.controller().map(|core| core.publish_anew()) {
+        None | Some(0) => Ok(()),
+        Some(count) => {
+            let what = format!("{count} objects change when all are shown anew");
+            Err(violation(world, "shown-as-it-is", "the controller", what))
+        }
+    }
 }
 
 async fn come_to_be(world: &Arc<Stage>, users: &Users, restored: bool) -> Result<(), Violation> {
