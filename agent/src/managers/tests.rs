@@ -60,7 +60,7 @@ fn an_end_is_looked_for_where_it_was_asked_for_until_it_is_shown_and_where_it_is
     seen.keep(holding(&["one"]), 0);
     assert!(seen.may_bind("c"), "it was asked before");
     let mut shown = holding(&["one"]);
-    let end = json!({"connector": "c", "port": "in", "connected": false, "samplesReceived": 0, "drops": 0});
+    let end = json!({"connector": "c", "port": "in", "connected": false, "samplesReceived": 0, "drops": 0, "gaps": 0});
     shown.components[0].bindings = vec![serde_json::from_value(end).unwrap()];
     seen.keep(shown, 0);
     assert!(seen.bound.is_empty() && seen.may_bind("c"));

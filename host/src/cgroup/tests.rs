@@ -251,7 +251,7 @@ fn one_is_made_beside_another_that_is_there_or_gone_but_not_twice() {
     let second = first.beside("second").unwrap();
     assert_eq!(second.path().parent(), first.path().parent());
     let refused = first.beside("second").unwrap_err();
-    assert_eq!(refused.kind(), std::io::ErrorKind::AlreadyExists);
+    assert_eq!(refused.kind(), io::ErrorKind::AlreadyExists);
     first.remove().unwrap();
     second.remove().unwrap();
     assert_eq!(fixture.groups.folders(), Vec::<PathBuf>::new());

@@ -11,8 +11,9 @@ use tokio::time::{Instant, sleep, sleep_until};
 use super::{Nursery, Ready, Zygote};
 use crate::events::lock;
 
-/// From the end of a batch until new ones are made ready: whoever sent it looks at what it did, and should not wait.
-const CALM: Duration = Duration::from_millis(20);
+/// From the end of a batch until new ones are made ready: whoever sent it looks at what it did, or sends the next one, and
+/// should not wait.
+const CALM: Duration = Duration::from_millis(100);
 /// How long a zygote may take to start.
 const START: Duration = Duration::from_secs(5);
 /// Shortest and longest pause after one that failed.
