@@ -31,9 +31,17 @@ pub fn meant(name: &str) -> Option<String> {
         Some(end) => known.replacen("dataport.", &format!("dataport.{end}."), 1),
         None => (*known).to_owned(),
     });
+    let length = name.chars().count();
+    // The distance takes time that is quadratic, and is at least the difference of the lengths. Most names are right.
+    let near = own.filter(|known| known.len().abs_diff(length) <= SLIPS);
+    let near: Vec<String> = near.collect();
+    if near.contains(&name) {
+        return None;
+    }
     let far = |known: &String| strsim::damerau_levenshtein(known, &name);
-    own.min_by_key(far)
-        .filter(|known| (1..=SLIPS).contains(&far(known)))
+    let distances = near.into_iter().map(|known| (far(&known), known));
+    let (distance, known) = distances.min_by_key(|(distance, _)| *distance)?;
+    (distance <= SLIPS).then_some(known)
 }
 
 #[cfg(test)]
@@ -53,6 +61,7 @@ mod tests {
                 "dataport.inport.buffer.read.empty_policy",
             ),
             ("dataport.subscribtion_type", "dataport.subscription_type"),
+            ("dataport.buffer.lengthab", "dataport.buffer.length"),
         ] {
             assert_eq!(meant(name).as_deref(), Some(other), "{name}");
         }
@@ -64,6 +73,8 @@ mod tests {
             "dataport.outport.publisher.push_policy",
             "color",
             "",
+            // Two letters too many are slips, three are not.
+            "dataport.buffer.lengthabc",
         ] {
             assert_eq!(meant(name), None, "{name}");
         }
