@@ -405,7 +405,8 @@ mod tests {
         let (reached, stream) = tokio::join!(waker.connect(&socket), says(&both));
         assert!(reached.unwrap().unwrap().0, "a resident agent");
         drop(stream);
-        let (late, _stream) = tokio::join!(waker.connect(&socket), says(&[lost]));
+        let only = [lost];
+        let (late, _stream) = tokio::join!(waker.connect(&socket), says(&only));
         let late = late.err().unwrap().to_string();
         assert!(late.ends_with("not made again within 8 s: cut"), "{late}");
     }
