@@ -6,6 +6,7 @@ mod file;
 mod sealed;
 #[cfg(test)]
 mod tests;
+mod text;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -9,7 +9,11 @@ use std::process::{Command, Stdio};
 use rts_schemas::codes;
 
 /// Codes that no example gives, and why.
-const WITHOUT: [(&str, &str); 5] = [
+const WITHOUT: [(&str, &str); 6] = [
+    (
+        "no-transport",
+        "it takes a home with a node that is reached by SSH; a unit test and one at a real server have it",
+    ),
     (
         "unreadable-file",
         "a file that is not there is no example; a test of its own has it",

@@ -42,7 +42,7 @@ impl Core {
         match self.store.reserve_revisions(revision + REVISIONS).await {
             Ok(()) => self.reserved.store(revision + REVISIONS, Ordering::Relaxed),
             Err(e) => {
-                tracing::error!(error = %rts_host::error::chain(&e), "revisions cannot be reserved")
+                tracing::error!(error = %rts_host::error::chain(&e), "revisions cannot be reserved");
             }
         }
     }

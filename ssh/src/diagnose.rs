@@ -5,12 +5,13 @@ use crate::error::SshError;
 use crate::log::Log;
 
 /// Words of `ssh` for a machine that is not there.
-const UNREACHABLE: [&str; 8] = [
+const UNREACHABLE: [&str; 9] = [
     "Could not resolve hostname",
     "Connection refused",
     "No route to host",
     "Network is unreachable",
     "Connection reset",
+    "Broken pipe",
     "Connection closed by",
     "kex_exchange_identification",
     "ssh: connect to host",
@@ -188,6 +189,8 @@ mod tests {
         );
         let cut = "debug1: Sending command: x\nConnection to robot closed by remote host.";
         assert!(matches!(of(cut), SshError::Lost { .. }), "it never ran");
+        let early = of("client_loop: send disconnect: Broken pipe");
+        assert!(early.was_cut() && early.is_passing(), "{early}");
     }
 
     #[test]

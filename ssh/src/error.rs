@@ -158,7 +158,7 @@ impl SshError {
     pub fn was_cut(&self) -> bool {
         match self {
             SshError::Lost { .. } => true,
-            SshError::Unreachable { said, .. } => ["closed by", "Connection reset"]
+            SshError::Unreachable { said, .. } => ["closed by", "Connection reset", "Broken pipe"]
                 .iter()
                 .any(|words| said.contains(words)),
             _ => false,

@@ -10,57 +10,23 @@ use std::sync::{Arc, Mutex};
 
 use rts_agent_api::messages::LedgerFence;
 use rts_host::disk::Disk;
-use serde::Deserialize;
 
-use super::sealed::checksum;
-use super::{LedgerError, Sealed, ledger_fence};
+use super::{LedgerError, Sealed, ledger_fence, text};
 use crate::events::lock;
 
 /// Names of the files in the state folder.
 pub(super) const FILES: [&str; 2] = ["node-spec.json", "node-spec.2.json"];
 /// Largest file in bytes: more than a request may have.
 const MAX_FILE: u64 = 128 * 1024 * 1024;
-/// Lengths are multiples of this, in bytes.
-const BLOCK: usize = 16 * 1024;
-
-/// What is before the fields of the spec's envelope; an agent of before wrote neither.
-#[derive(Deserialize)]
-struct Head {
-    sequence: Option<u64>,
-    checksum: Option<String>,
-}
 
 /// What one of the files holds, with its number.
 pub(super) type Numbered = (u64, Arc<Sealed>);
 
 /// Reads one of the files.
 pub(super) fn parse(bytes: &[u8]) -> Result<Numbered, String> {
-    let sealed: Sealed = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
-    let head: Head = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
-    if !sealed.is_whole() {
-        return Err("its digest does not fit its contents".to_owned());
-    }
-    let number = head.sequence.unwrap_or(0);
-    if head.sequence.is_some() || head.checksum.is_some() {
-        let own = checksum(number, &sealed).map_err(|e| e.to_string())?;
-        if head.checksum.as_ref() != Some(&own) {
-            return Err("its checksum does not fit its contents".to_owned());
-        }
-    }
+    let (number, text) = text::read(bytes)?;
+    let sealed = Sealed::try_from(text).map_err(|e| e.to_string())?;
     Ok((number, Arc::new(sealed)))
-}
-
-/// What is written, at least so many bytes.
-fn text(number: u64, sealed: &Sealed, length: usize) -> io::Result<Vec<u8>> {
-    let checksum = checksum(number, sealed)?;
-    let fields = serde_json::to_string_pretty(sealed)?;
-    let fields = fields.strip_prefix('{').unwrap_or(&fields);
-    let head = format!("{{\n  \"sequence\": {number},\n  \"checksum\": \"{checksum}\",");
-    let mut text = [head.as_bytes(), fields.as_bytes()].concat();
-    let length = length.max((text.len() + 1).next_multiple_of(BLOCK));
-    text.resize(length - 1, b' ');
-    text.push(b'\n');
-    Ok(text)
 }
 
 /// The files of one ledger.
@@ -198,7 +164,7 @@ impl Files {
         least: usize,
     ) -> io::Result<()> {
         let (path, length) = (&self.paths[state.next], state.lengths[state.next]);
-        let text = text(number, sealed, length.unwrap_or(0).max(least))?;
+        let text = text::written(number, sealed, length.unwrap_or(0).max(least))?;
         let written = text.len();
         match length {
             // What was cut off behind it must not be left there: it is never shorter than before.

@@ -5,29 +5,15 @@ use rts_agent_api::messages::{LedgerFence, NodeSpecEnvelope};
 use rts_plan::desired::NodeSpec;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
-use crate::folders::hex;
+use super::text::{Text, digest};
 
 /// An envelope that was received or read. Fields of the spec that this version does not know are refused.
 #[derive(Debug, Clone, Deserialize, Serialize)]
-#[serde(try_from = "Text", into = "Text")]
+#[serde(try_from = "Text<LedgerFence>", into = "Text<LedgerFence>")]
 pub(crate) struct Sealed {
     envelope: NodeSpecEnvelope,
-    spec: Box<RawValue>,
-}
-
-/// An envelope whose spec is text.
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Text {
-    cluster_uid: String,
-    epoch: u64,
-    generation: u64,
-    digest: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    take_over: Option<LedgerFence>,
     spec: Box<RawValue>,
 }
 
@@ -73,10 +59,10 @@ impl Sealed {
     }
 }
 
-impl TryFrom<Text> for Sealed {
+impl TryFrom<Text<LedgerFence>> for Sealed {
     type Error = serde_json::Error;
 
-    fn try_from(text: Text) -> Result<Self, Self::Error> {
+    fn try_from(text: Text<LedgerFence>) -> Result<Self, Self::Error> {
         let spec: NodeSpec = serde_json::from_str(text.spec.get())?;
         Ok(Self {
             envelope: NodeSpecEnvelope {
@@ -92,7 +78,7 @@ impl TryFrom<Text> for Sealed {
     }
 }
 
-impl From<Sealed> for Text {
+impl From<Sealed> for Text<LedgerFence> {
     fn from(sealed: Sealed) -> Self {
         let Sealed { envelope, spec } = sealed;
         Self {
@@ -106,48 +92,9 @@ impl From<Sealed> for Text {
     }
 }
 
-/// SHA-256 over a JSON text without the blanks between its tokens, hexadecimal: whoever digests a spec writes it so,
-/// and a file is written for people too.
-fn digest(text: &RawValue) -> String {
-    hex(&Sha256::digest(compact(text.get())))
-}
-
-/// SHA-256 over a number and all of an envelope, hexadecimal, whatever blanks are between its tokens.
-pub(super) fn checksum(number: u64, sealed: &Sealed) -> Result<String, serde_json::Error> {
-    let text = compact(&serde_json::to_string(sealed)?);
-    Ok(hex(&Sha256::digest(format!("{number}\n{text}"))))
-}
-
-/// A JSON text without the blanks between its tokens.
-fn compact(text: &str) -> String {
-    let (mut quoted, mut escaped) = (false, false);
-    let keep = |c: &char| {
-        match (quoted, *c) {
-            _ if escaped => escaped = false,
-            (true, '\\') => escaped = true,
-            (_, '"') => quoted = !quoted,
-            _ => {}
-        }
-        quoted || !matches!(c, ' ' | '\n' | '\r' | '\t')
-    };
-    text.chars().filter(keep).collect()
-}
-
 #[cfg(test)]
 impl From<NodeSpecEnvelope> for Sealed {
     fn from(envelope: NodeSpecEnvelope) -> Self {
         Self::of(&envelope).unwrap()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_blanks_between_tokens_are_left_out() {
-        let value = serde_json::json!({"a b": ["c \" d\\", 1.5, {"e\n": "\\\" f\t"}], "\\": null});
-        let pretty = serde_json::to_string_pretty(&value).unwrap();
-        assert_eq!(compact(&pretty), value.to_string());
     }
 }

@@ -253,7 +253,7 @@ pub async fn settled(core: &Core, node: &str) {
     match written {
         Ok(()) => core.registry().restored = Some(restored),
         Err(e) => {
-            tracing::error!(error = %rts_host::error::chain(&e), "a settled node cannot be stored")
+            tracing::error!(error = %rts_host::error::chain(&e), "a settled node cannot be stored");
         }
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rts_controller_api::ClientError;
 use rts_host::error::chain;
-use rts_ssh::{Destination, Session as Ssh, SshError};
+use rts_ssh::{Destination, Session as Ssh};
 
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -75,7 +75,7 @@ async fn collect(session: &Session, node: &str, machine: &Destination) -> Result
         let lease = rts_relay::lease(session.home.path(), node);
         let removed = ssh.collect(&home, &lease, &[]).await;
         ssh.close().await;
-        Ok::<usize, SshError>(removed?)
+        removed
     };
     match tokio::time::timeout(PATIENCE, work).await {
         Ok(Ok(removed)) => {

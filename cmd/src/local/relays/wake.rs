@@ -340,3 +340,74 @@ struct Readiness {
     #[serde(default)]
     exit: Option<u8>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::AsyncWriteExt;
+    use tokio::net::UnixListener;
+
+    fn waker(home: &Path) -> Waker {
+        let globals = crate::cli::Globals {
+            home: None,
+            controller: None,
+            color: crate::cli::Color::Never,
+            verbose: 0,
+            quiet: true,
+        };
+        Waker {
+            home: Home::settle(Some(home.to_owned())).unwrap(),
+            out: Output::new(&globals),
+            node: NodeSetup::named("arm"),
+            module_path: None,
+            patience: Duration::from_secs(8),
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_relay_that_hangs_is_named_and_one_that_reaches_again_is_waited_for() {
+        let temp = tempfile::tempdir_in("/tmp").unwrap();
+        let waker = waker(temp.path());
+        let socket = temp.path().join("relay.sock");
+        assert!(waker.connect(&socket).await.unwrap().is_none(), "none runs");
+        let run = waker.home.node_run("arm");
+        std::fs::create_dir_all(&run).unwrap();
+        let own = serde_json::to_vec(&Identity::own("0")).unwrap();
+        std::fs::write(run.join("relay.json"), own).unwrap();
+        let relay = UnixListener::bind(&socket).unwrap();
+        let hangs = waker.connect(&socket).await.err().unwrap();
+        let pid = std::process::id();
+        let told = format!("{hangs}; {}", hangs.help().unwrap());
+        assert!(
+            told.starts_with("node arm is not reached: its relay (process"),
+            "{told}"
+        );
+        assert!(told.contains(&format!("kill -9 {pid}")), "{told}");
+
+        let says = async |states: &[State]| {
+            let mut said = Vec::new();
+            for state in states {
+                said.extend(serde_json::to_vec(state).unwrap());
+                said.push(b'\n');
+            }
+            let (stream, _) = relay.accept().await.unwrap();
+            let mut stream = stream;
+            stream.write_all(&said).await.unwrap();
+            stream
+        };
+        // The one that hung.
+        drop(relay.accept().await);
+        let lost = State::Lost {
+            reason: "cut".to_owned(),
+        };
+        let up = State::Up { resident: true };
+        let both = [lost.clone(), up];
+        let (reached, stream) = tokio::join!(waker.connect(&socket), says(&both));
+        assert!(reached.unwrap().unwrap().0, "a resident agent");
+        drop(stream);
+        let only = [lost];
+        let (late, _stream) = tokio::join!(waker.connect(&socket), says(&only));
+        let late = late.err().unwrap().to_string();
+        assert!(late.ends_with("not made again within 8 s: cut"), "{late}");
+    }
+}
