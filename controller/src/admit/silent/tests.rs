@@ -156,7 +156,7 @@ fn nothing_is_stored_without_a_word() {
     let mut plan = Plan::default();
     tell(&mut plan, &old, &new);
     assert_eq!(plan.changes[0].fields[0].field, "modules.T");
-    std::sync::Arc::make_mut(&mut new.spec).components[0]
+    Arc::make_mut(&mut new.spec).components[0]
         .configuration
         .sets
         .insert("empty".into(), BTreeMap::new());
