@@ -70,7 +70,9 @@ impl Destination {
                 |c: char| c.is_whitespace() || c.is_control() || "'\"`$\\;&<>|(){}*?".contains(c);
             (1..=MAX_NAME).contains(&name.len()) && !name.starts_with('-') && !name.contains(bad)
         };
-        if !sound(&self.host) || self.host.contains(['/', '@']) {
+        // Only an address has colons, and more than one.
+        let one_colon = self.host.matches(':').count() == 1;
+        if !sound(&self.host) || self.host.contains(['/', '@', '[', ']']) || one_colon {
             return Err(format!("{:?} is no name of a host", self.host));
         }
         match self.user.as_deref().filter(|user| !sound(user)) {
@@ -200,6 +202,9 @@ mod tests {
             (some("pi"), "::1".into(), Some(2222))
         );
         assert_eq!(read("[::1]"), (None, "::1".into(), None));
+        for wrong in ["pi@[:]", "[a:b]", "[[a]"] {
+            assert!(wrong.parse::<Destination>().is_err(), "{wrong}");
+        }
     }
 
     #[test]
