@@ -157,7 +157,9 @@ async fn without_a_ledger_only_who_knows_the_running_systems_is_obeyed() {
     let mut node = Node::start().await;
     node.hello().await;
     node.stop().await;
-    std::fs::remove_file(node.home.path().join("state/local/node-spec.json")).unwrap();
+    for name in ["node-spec.json", "node-spec.2.json"] {
+        std::fs::remove_file(node.home.path().join("state/local").join(name)).unwrap();
+    }
     node.start_again().await;
     let refused = problem(
         node.agent

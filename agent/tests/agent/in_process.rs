@@ -131,7 +131,8 @@ async fn it_works_restarts_and_heals_with_nothing_from_outside() {
     let files = node.disk.0.lock().unwrap();
     let names: Vec<_> = files.keys().map(|path| path.as_path()).collect();
     let state = Path::new("/nowhere/state/local");
-    let expected = ["node-spec.json", "restarts.json"].map(|name| state.join(name));
+    let expected = ["node-spec.2.json", "node-spec.json", "restarts.json"];
+    let expected = expected.map(|name| state.join(name));
     assert_eq!(names, expected);
 }
 
