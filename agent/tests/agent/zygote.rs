@@ -129,7 +129,9 @@ async fn a_zygote_that_is_killed_or_stopped_while_it_is_needed_costs_no_manager(
         let starts = start_many(&agent, "up", 10);
         let strike = async {
             until("one is there", || !agent.node.managers().is_empty()).await;
-            kill(zygote, signal);
+            // It alone: a copy that was just born is still in its process group.
+            let zygote = rustix::process::Pid::from_raw(zygote.cast_signed()).unwrap();
+            rustix::process::kill_process(zygote, signal).unwrap();
         };
         let (outcomes, ()) = tokio::join!(starts, strike);
         all_ok(&outcomes);
