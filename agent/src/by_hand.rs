@@ -188,10 +188,10 @@ impl Agent {
     async fn taken_names(self: &Arc<Self>) -> Vec<(String, String)> {
         let (inventory, wanted) = (self.observe().await, self.wanted_instances().await);
         let mut taken = Vec::new();
-        for manager in inventory.managers {
+        for manager in &inventory.managers {
             let place = format!("manager {}", manager.key.display_name());
-            for component in manager.components {
-                taken.push((component.instance, place.clone()));
+            for component in &manager.components {
+                taken.push((component.instance.clone(), place.clone()));
             }
         }
         for (name, system) in wanted {

@@ -119,14 +119,14 @@ async fn give_way(
 }
 
 /// What is to be done now.
-fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Inventory) -> Vec<Step> {
+fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Arc<Inventory>) -> Vec<Step> {
     let node = &agent.config.node;
     let desired = Desired {
         nodes: BTreeMap::from([(node.clone(), spec.spec.clone())]),
     };
     let blocked = lock(&agent.failures).blocked();
     let observed = Observed {
-        nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory.into()))]),
+        nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory))]),
     };
     plan(&desired, &observed, &blocked).steps
 }

@@ -40,10 +40,18 @@ const DYING: Duration = Duration::from_millis(200);
 /// Pause before another look at what is not well.
 const AGAIN: Duration = Duration::from_millis(500);
 
+/// What was seen last.
+#[derive(Debug)]
+struct Last {
+    inventory: Arc<Inventory>,
+    /// The same without counters.
+    bare: Inventory,
+}
+
 /// Keeps the last inventory and its revision.
 #[derive(Debug)]
 pub(crate) struct Keeper {
-    last: Mutex<Inventory>,
+    last: Mutex<Last>,
     /// Rounds that were begun; each has a number, from 1.
     begun: AtomicU64,
     /// Number of the last round that ended.
@@ -57,10 +65,14 @@ pub(crate) struct Keeper {
 impl Keeper {
     /// An empty inventory.
     pub fn new(node: &str) -> Self {
+        let empty = Inventory {
+            node: node.to_owned(),
+            ..Inventory::default()
+        };
         Self {
-            last: Mutex::new(Inventory {
-                node: node.to_owned(),
-                ..Inventory::default()
+            last: Mutex::new(Last {
+                inventory: Arc::new(empty.clone()),
+                bare: empty,
             }),
             begun: AtomicU64::new(0),
             ended: AtomicU64::new(0),
@@ -70,44 +82,50 @@ impl Keeper {
     }
 
     /// What was seen last.
-    pub fn last(&self) -> Inventory {
-        lock(&self.last).clone()
+    pub fn last(&self) -> Arc<Inventory> {
+        lock(&self.last).inventory.clone()
     }
 
     /// Looks at what was seen last.
     pub fn look<T>(&self, at: impl FnOnce(&Inventory) -> T) -> T {
-        at(&lock(&self.last))
+        at(&lock(&self.last).inventory)
     }
 
     /// Revision of what was seen last.
     pub fn revision(&self) -> u64 {
-        lock(&self.last).revision
+        lock(&self.last).inventory.revision
     }
 
     /// Keeps a new inventory; its revision is higher than the last when more than counters differ. Returns it, and the
     /// events that tell the difference.
-    fn keep(&self, mut new: Inventory) -> (Inventory, Vec<AgentEvent>) {
+    fn keep(&self, mut new: Inventory) -> (Arc<Inventory>, Vec<AgentEvent>) {
         let mut last = lock(&self.last);
-        new.revision = last.revision;
-        let changed = without_counters(&new) != without_counters(&last);
-        let events = if changed && last.revision > 0 {
-            differences(&last, &new)
+        let before = last.inventory.clone();
+        new.revision = before.revision;
+        let bare = without_counters(&new);
+        let changed = bare != last.bare;
+        let events = if changed && before.revision > 0 {
+            differences(&before, &new)
         } else {
             Vec::new()
         };
         // The first answer has revision 1, even when it is empty.
-        if changed || last.revision == 0 {
+        if changed || before.revision == 0 {
             new.revision += 1;
         }
-        *last = new.clone();
-        (new, events)
+        let inventory = Arc::new(new);
+        *last = Last {
+            inventory: inventory.clone(),
+            bare,
+        };
+        (inventory, events)
     }
 }
 
 impl Agent {
     /// Asks all managers, in a round that begins after this call. Callers that come while one runs share the next. A
     /// round goes on when its caller gives up, so that others may rely on it.
-    pub async fn observe(self: &Arc<Self>) -> Inventory {
+    pub async fn observe(self: &Arc<Self>) -> Arc<Inventory> {
         let agent = self.clone();
         let asked = self.inventory.begun.load(Ordering::SeqCst);
         let round = async move { agent.round_after(asked).await };
@@ -118,7 +136,7 @@ impl Agent {
         })
     }
 
-    async fn round_after(self: &Arc<Self>, asked: u64) -> Inventory {
+    async fn round_after(self: &Arc<Self>, asked: u64) -> Arc<Inventory> {
         let mut silent = self.inventory.one_at_a_time.lock().await;
         if self.inventory.ended.load(Ordering::SeqCst) > asked {
             return self.inventory.last();

@@ -46,7 +46,7 @@ impl LocalAgent {
 
 impl AgentApi for LocalAgent {
     async fn inventory(&self) -> Result<Inventory, ClientError> {
-        Ok(self.0.observe().await)
+        Ok(Arc::unwrap_or_clone(self.0.observe().await))
     }
 
     async fn node_spec(&self) -> Result<NodeSpecEnvelope, ClientError> {

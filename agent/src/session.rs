@@ -63,7 +63,10 @@ pub(crate) async fn keep(agent: Arc<Agent>, controller: Arc<dyn SessionApi>) {
 }
 
 /// Opens the session. Gives the inventory that the controller knows now.
-async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Inventory, ClientError> {
+async fn greet(
+    agent: &Arc<Agent>,
+    controller: &dyn SessionApi,
+) -> Result<Arc<Inventory>, ClientError> {
     // What a restart would begin with: what is not durable yet is sent once more.
     let ledger = agent.ledger.lock().await.saved();
     let inventory = agent.observe().await;
@@ -74,7 +77,7 @@ async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Invent
         endpoint: agent.folders.agent_socket().display().to_string(),
         aliases: agent.config.aliases.clone(),
         ledger,
-        inventory: inventory.clone(),
+        inventory: inventory.as_ref().clone(),
         transport: None,
     };
     let reply = controller.greet(&greeting).await?;
@@ -88,7 +91,7 @@ async fn greet(agent: &Arc<Agent>, controller: &dyn SessionApi) -> Result<Invent
 }
 
 /// Sends heartbeats. `known` is the inventory that the controller knows.
-async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Inventory) -> End {
+async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Arc<Inventory>) -> End {
     loop {
         let (mark, events) = agent.events.waiting();
         let now = agent.inventory.last();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rts_host::error::chain;
 use tokio::sync::oneshot;
 use tokio::task::JoinSet;
-use tokio::time::{MissedTickBehavior, interval, sleep};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
 use crate::agent::{Agent, StartError};
 use crate::config::Config;
@@ -21,6 +21,11 @@ const SLOW_TICK: Duration = Duration::from_secs(1);
 const ORPHANS: u64 = 30;
 /// Shortest time between two rounds of questions.
 const QUICK: Duration = Duration::from_millis(10);
+/// So many times as long as a round took, others come first: with many components, or on a busy machine, looking must not be what
+/// keeps managers from answering.
+const REST: u32 = 4;
+/// But no longer than this.
+const MOST: Duration = Duration::from_secs(1);
 
 /// An agent that runs. Its background tasks end when it is dropped.
 pub struct Running {
@@ -118,8 +123,9 @@ async fn watch(agent: Arc<Agent>, lose: oneshot::Sender<StartError>) {
                 continue;
             }
         }
+        let begin = Instant::now();
         agent.observe().await;
-        sleep(QUICK).await;
+        sleep((begin.elapsed() * REST).clamp(QUICK, MOST)).await;
     }
 }
 

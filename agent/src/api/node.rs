@@ -38,7 +38,7 @@ pub(super) async fn node(_: Principal, State(agent): Shared) -> Json<NodeInfo> {
 
 /// What runs on the node now: all managers are asked.
 #[utoipa::path(get, path = paths::INVENTORY, responses((status = 200, body = Inventory)))]
-pub(super) async fn inventory(_: Principal, State(agent): Shared) -> Json<Inventory> {
+pub(super) async fn inventory(_: Principal, State(agent): Shared) -> Json<Arc<Inventory>> {
     Json(agent.observe().await)
 }
 

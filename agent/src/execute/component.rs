@@ -320,7 +320,7 @@ async fn refuse_clash(verb: &Verb, key: &ManagerKey, instance: &str) -> Result<(
         return Ok(());
     }
     // What was seen last may be old.
-    match holder(&agent.observe().await, key, instance) {
+    match holder(agent.observe().await.as_ref(), key, instance) {
         None => Ok(()),
         Some((manager, system)) => Err(StepError::Refused(match system {
             Some(system) => format!(
