@@ -6,7 +6,7 @@ use std::panic::resume_unwind;
 
 use tokio::task::spawn_blocking;
 
-/// Components from which on work is given to a thread: about where it takes longer than ten milliseconds.
+/// Components from which on work is given to a thread: a first plan of them takes about ten milliseconds (`cargo xtask bench plan`).
 const LARGE: usize = 500;
 
 /// Does work on so many components. Its order among other work is that of its caller, who awaits it.
