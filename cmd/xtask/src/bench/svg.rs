@@ -16,8 +16,8 @@ impl Svg {
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\" \
              font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\" font-size=\"12\">\n\
-             <style>.b{{fill:#ffffff}}.t{{fill:#24292f}}.g{{stroke:#d0d7de}}\
-             @media(prefers-color-scheme:dark){{.b{{fill:#0d1117}}.t{{fill:#c9d1d9}}.g{{stroke:#30363d}}}}</style>\n\
+             <style>.b{{fill:#ffffff}}.t{{fill:#24292f;stroke:#ffffff;stroke-width:3px;paint-order:stroke}}.g{{stroke:#d0d7de}}\
+             @media(prefers-color-scheme:dark){{.b{{fill:#0d1117}}.t{{fill:#c9d1d9;stroke:#0d1117}}.g{{stroke:#30363d}}}}</style>\n\
              <title>{title}</title>\n\
              <rect class=\"b\" width=\"{WIDTH}\" height=\"{height}\"/>\n"
         );

@@ -46,7 +46,7 @@ pub fn render(rows: &[Row], scene: &Scene) -> String {
         out.text((x(ms), bottom + 16.0), "middle", &ms.to_string());
     }
     for (place, (ms, how)) in OF_2011.into_iter().enumerate() {
-        let y = TOP - 36.0 + 13.0 * (place % 2) as f64;
+        let y = TOP - 40.0 + 13.0 * place as f64;
         let dashes = " stroke-width=\"1.4\" stroke-dasharray=\"5 4\"";
         let path = format!("M{:.1} {:.1}L{:.1} {bottom:.1}", x(ms), y + 3.0, x(ms));
         out.path("#d6336c", dashes, &path);
