@@ -14,6 +14,7 @@ pub mod fleet;
 mod forget;
 mod greet;
 mod home;
+mod json_size;
 mod ledger;
 mod look;
 mod metrics;

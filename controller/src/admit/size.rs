@@ -1,13 +1,11 @@
 //! What is admitted must fit through every door: to a node's agent, into a manager, into lists and backups.
 
-use std::io;
-
 use rts_controller_api::{Problem, ProblemError};
 use rts_plan::Placed;
 use rts_schemas::system::SystemSpec;
-use serde::Serialize;
 
 use super::check;
+use crate::json_size::json_size;
 use crate::store::SystemRecord;
 
 /// Largest spec of one node, as JSON; an agent takes requests of twice that.
@@ -29,7 +27,7 @@ pub fn parts(spec: &SystemSpec) -> Vec<ProblemError> {
     };
     let mut faults = Vec::new();
     for component in &spec.components {
-        let size = size(component);
+        let size = json_size(component);
         if size > MAX_PART && faults.len() < MAX_FAULTS {
             let pointer = check::pointer(spec, &component.instance);
             faults.push(fault(
@@ -40,7 +38,7 @@ pub fn parts(spec: &SystemSpec) -> Vec<ProblemError> {
         }
     }
     for (index, connector) in spec.connectors.iter().enumerate() {
-        let size = size(connector);
+        let size = json_size(connector);
         if size > MAX_PART && faults.len() < MAX_FAULTS {
             let pointer = format!("/spec/connectors/{index}");
             faults.push(fault(
@@ -61,7 +59,7 @@ pub fn whole<'a>(
 ) -> Result<(), Problem> {
     let of = |node: &&rts_plan::desired::NodeSpec| node.systems.iter().any(|s| s.system.uid == uid);
     for node in placed.desired.nodes.values().filter(of) {
-        let size = size(node);
+        let size = json_size(node);
         if size > MAX_NODE {
             return Err(too_large(format!(
                 "all that node {} is to run would have {size} bytes as JSON, and {MAX_NODE} can be sent to it; tear other \
@@ -70,7 +68,7 @@ pub fn whole<'a>(
             )));
         }
     }
-    let all: usize = records.map(size).sum();
+    let all: usize = records.map(json_size).sum();
     if all > MAX_ALL {
         return Err(too_large(format!(
             "all systems together would have {all} bytes as JSON, and {MAX_ALL} can be listed and backed up; tear other \
@@ -82,27 +80,6 @@ pub fn whole<'a>(
 
 fn too_large(detail: String) -> Problem {
     Problem::new(413, "too-large", "content too large", detail)
-}
-
-/// Bytes as JSON.
-fn size(value: &impl Serialize) -> usize {
-    let mut count = Count(0);
-    // Nothing of a system can fail to become JSON, and counting cannot fail.
-    let _ = serde_json::to_writer(&mut count, value);
-    count.0
-}
-
-struct Count(usize);
-
-impl io::Write for Count {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0 += bytes.len();
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! About how many bytes a change holds on to: what people write may be large, all else is small.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::sync::Arc;
 
 use rts_controller_api::objects::{Component, Connector, Event, Manager, Node, System};
 use rts_schemas::system::Configuration;
+
+use crate::json_size::json_size;
 
 /// What each object takes besides.
 const REST: usize = 1024;
@@ -21,9 +22,9 @@ impl Weigh for System {
         // The spec of a generation is held once, however often its state changes.
         let spec = match before.is_some_and(|before| Arc::ptr_eq(&before.spec, &self.spec)) {
             true => 0,
-            false => written(&self.spec),
+            false => json_size(&self.spec),
         };
-        REST + spec + written(&self.status)
+        REST + spec + json_size(&self.status)
     }
 }
 
@@ -42,13 +43,13 @@ impl Weigh for Connector {
 
 impl Weigh for Manager {
     fn weight(&self, _: Option<&Self>) -> usize {
-        REST + written(&self.status)
+        REST + json_size(&self.status)
     }
 }
 
 impl Weigh for Node {
     fn weight(&self, _: Option<&Self>) -> usize {
-        REST + written(&self.status)
+        REST + json_size(&self.status)
     }
 }
 
@@ -64,25 +65,4 @@ fn configuration(configuration: &Configuration) -> usize {
 
 fn texts(map: &BTreeMap<String, String>) -> usize {
     map.iter().map(|(key, value)| key.len() + value.len()).sum()
-}
-
-/// Bytes as JSON.
-fn written(value: &impl serde::Serialize) -> usize {
-    struct Count(usize);
-
-    impl io::Write for Count {
-        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            self.0 += bytes.len();
-            Ok(bytes.len())
-        }
-
-        fn flush(&mut self) -> io::Result<()> {
-            Ok(())
-        }
-    }
-
-    let mut count = Count(0);
-    // Nothing of an object can fail to become JSON, and counting cannot fail.
-    let _ = serde_json::to_writer(&mut count, value);
-    count.0
 }
