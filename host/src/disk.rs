@@ -22,7 +22,8 @@ pub trait Disk: Send + Sync + 'static {
     fn rename<'a>(&'a self, from: &'a Path, to: &'a Path) -> BoxFuture<'a, io::Result<()>>;
     /// Makes the names in a folder durable.
     fn sync_folder<'a>(&'a self, folder: &'a Path) -> BoxFuture<'a, io::Result<()>>;
-    /// Writes over the begin of a file that is there, and leaves what is behind. A crash later may leave any part of it.
+    /// Writes over the begin of a file that is there, and leaves what is behind. A crash later may leave any part of it; when it
+    /// fails, the file is no longer than it was.
     fn write_over<'a>(&'a self, path: &'a Path, bytes: Vec<u8>) -> BoxFuture<'a, io::Result<()>>;
 
     /// Replaces a file as a whole: whoever reads it finds the old or the new contents, also after a crash. Durable when
@@ -130,7 +131,12 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// The file is not emptied: where its length stays, nothing but its bytes has to be flushed.
 fn write_over(path: &Path, bytes: &[u8]) -> io::Result<File> {
     let mut file = OpenOptions::new().write(true).open(path)?;
-    file.write_all(bytes)?;
+    let before = file.metadata()?.len();
+    if let Err(e) = file.write_all(bytes) {
+        // What did not fit must not lie behind what is written there next.
+        let _ = file.set_len(before);
+        return Err(e);
+    }
     Ok(file)
 }
 

@@ -37,15 +37,25 @@ pub fn give_back() {
 /// Unmaps what the program is made of, but for what can be written to. What runs again is mapped again, 64 KiB at a time,
 /// from the kernel's copy of the file: what only a start needs stays out.
 pub fn unmap_unused() {
-    #[cfg(target_os = "linux")]
+    if is_debugged() {
+        return;
+    }
+    #[cfg(all(target_os = "linux", target_pointer_width = "64"))]
     // SAFETY: the callback only reads what it is given, and only while it runs.
     unsafe {
         libc::dl_iterate_phdr(Some(unmap_first), std::ptr::null_mut());
     }
 }
 
+/// Breakpoints are written into the program, and would be gone.
+fn is_debugged() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mut tracers = status.lines().filter_map(|l| l.strip_prefix("TracerPid:"));
+    tracers.any(|pid| pid.trim() != "0")
+}
+
 /// Unmaps the first object, which is the program, and asks for no other.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", target_pointer_width = "64"))]
 unsafe extern "C" fn unmap_first(
     object: *mut libc::dl_phdr_info,
     _: libc::size_t,
@@ -72,8 +82,9 @@ unsafe extern "C" fn unmap_first(
         let end = (begin + header.p_memsz) / page * page;
         let begin = begin.next_multiple_of(page);
         if let Some(length) = end.checked_sub(begin).filter(|length| *length > 0) {
-            // SAFETY: whole pages of a mapping of the program's file that nobody can have written to: the same bytes come
-            // back. That they could not be unmapped changes nothing.
+            // SAFETY: whole pages of a mapping of the program's file that the program cannot write to: the same bytes come
+            // back. Only a debugger writes there (breakpoints), and nothing is unmapped while there is one. That they could not
+            // be unmapped changes nothing.
             unsafe {
                 libc::madvise(
                     begin as *mut libc::c_void,

@@ -10,6 +10,7 @@ use rts_bridge::{Link, LinkError, pulse};
 use rts_host::error::chain;
 use rts_ssh::{Child, Kind, LocalFile, Session, SshError};
 use tokio::io::{AsyncRead, ReadBuf};
+use tokio::time::timeout;
 
 use crate::config::Config;
 use crate::log;
@@ -18,6 +19,8 @@ use crate::log;
 const CUTS: u32 = 4;
 /// Pause before the next of them.
 const PAUSE: Duration = Duration::from_millis(300);
+/// How long old copies may be looked for before the connection is made: the agent waits for its greeting meanwhile.
+const COLLECT: Duration = Duration::from_secs(5);
 
 /// The node was not reached.
 #[derive(Debug, thiserror::Error)]
@@ -168,12 +171,14 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
     // What a component starts can be told to be of this home, wherever it goes.
     let (child, collected) = tokio::join!(
         session.spawn("env", &arguments),
-        session.collect(&home, &lease, &keep)
+        timeout(COLLECT, session.collect(&home, &lease, &keep))
     );
     match collected {
-        Ok(0) => {}
-        Ok(count) => tracing::info!("removed {count} old copies over there"),
-        Err(e) => tracing::warn!("old copies stay over there: {}", chain(&e)),
+        Ok(Ok(0)) => {}
+        Ok(Ok(count)) => tracing::info!("removed {count} old copies over there"),
+        Ok(Err(e)) => tracing::warn!("old copies stay over there: {}", chain(&e)),
+        // The lease was written first. The next session goes on.
+        Err(_) => tracing::warn!("removing old copies over there takes long: some may stay"),
     }
     let mut child = child?;
     let last = Arc::new(Mutex::new(None));

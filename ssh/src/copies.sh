@@ -14,6 +14,7 @@ case "$needed" in *"$own"*) ;; *) echo "error grep finds nothing"; exit 1;; esac
 for d in "$h"/programs/* "$h"/modules/*; do
 b=${d##*/};
 [ -d "$d" ] && [ "${#b}" -eq 64 ] || continue;
+case "$b" in *[!0-9a-f]*) continue;; esac;
 case "$needed" in *"$b"*) continue;; esac;
 # What was used lately may be wanted in a moment, by whoever else has a lease.
 if [ -d "$l" ]; then case "$d" in */modules/*) a="-mtime +7";; *) a="-mmin +10";; esac; else a=; fi;

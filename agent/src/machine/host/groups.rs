@@ -127,9 +127,13 @@ impl Groups {
         lock(&self.given).remove(group.name());
     }
 
-    /// The group that a manager is in.
+    /// The group that a manager is in. It is that manager's from here on, whatever becomes of its run folder.
     pub fn holding(&self, folder: &Path, recorded: Option<&str>, pid: u32) -> Option<Cgroup> {
-        self.cgroups.holding(&self.name(folder, recorded), pid)
+        let group = self.cgroups.holding(&self.name(folder, recorded), pid)?;
+        if self.folders.is_waiting_cgroup(group.name()) {
+            lock(&self.given).insert(group.name().to_owned());
+        }
+        Some(group)
     }
 
     /// The name of a manager's group.
@@ -141,12 +145,14 @@ impl Groups {
 
     /// Groups that nobody owns: no manager, alive or dead, whose run folder is there, and no process that waits. Blocks.
     pub fn orphans(&self, living: &[PathBuf]) -> Vec<Cgroup> {
+        // Before they are listed: the group of a name that is given meanwhile need not be there yet.
+        let known = lock(&self.given).clone();
         let mut orphans = self.cgroups.find();
         let there: BTreeSet<&str> = orphans.iter().map(Cgroup::name).collect();
         // After they were listed: a process that was named meanwhile is in its file, or is known here.
         let (recorded, any_nameless) = self.recorded();
         let mut given = lock(&self.given);
-        given.retain(|name| there.contains(name.as_str()));
+        given.retain(|name| there.contains(name.as_str()) || !known.contains(name));
         let given = given.clone();
         orphans.retain(|cgroup| {
             let name = cgroup.name();
