@@ -202,7 +202,7 @@ impl Agent {
     }
 
     /// What the ledger holds; durable when it returns.
-    pub async fn node_spec(self: &Arc<Self>) -> Result<Sealed, Problem> {
+    pub async fn node_spec(self: &Arc<Self>) -> Result<Arc<Sealed>, Problem> {
         let ledger = self.ledger.lock().await;
         let (held, saver) = (ledger.sealed().cloned(), ledger.saver());
         drop(ledger);

@@ -16,7 +16,7 @@ use rts_agent_api::messages::{Batch, BatchEvent, NodeSpecEnvelope, StepOutcome};
 use rts_agent_api::session::AgentEvent;
 use rts_plan::desired::Desired;
 use rts_plan::observed::{Inventory, NodeObserved, Observed};
-use rts_plan::plan::{Step, StepId};
+use rts_plan::plan::{Blocked, Step, StepId};
 use rts_plan::{beside, plan, target};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep};
@@ -24,6 +24,7 @@ use tokio::time::{Instant, sleep};
 use crate::agent::Agent;
 use crate::batches::{Entry, MAX_DEADLINE};
 use crate::events::lock;
+use crate::ledger::Sealed;
 
 pub(crate) use alone::Alone;
 pub(crate) use back_off::BackOff;
@@ -32,6 +33,8 @@ use patience::patience;
 
 /// How often the agent looks whether it has to act.
 const LOOK: Duration = Duration::from_millis(250);
+/// So many times as long as the last look took, others come first: greeting the controller above all.
+const REST: u32 = 4;
 /// A plan that is not done by then, beside what its steps wait on purpose or may take longer than others, is made anew.
 const DEADLINE: Duration = Duration::from_secs(120);
 /// Most steps at once.
@@ -44,14 +47,28 @@ struct Healing {
     targets: BTreeMap<StepId, String>,
 }
 
+/// Under what nothing was to be done: as long as all of it holds, nothing is.
+struct Quiet {
+    spec: Arc<Sealed>,
+    revision: u64,
+}
+
+impl Quiet {
+    fn holds(&self, spec: &Arc<Sealed>, revision: u64) -> bool {
+        Arc::ptr_eq(&self.spec, spec) && self.revision == revision
+    }
+}
+
 /// Heals for as long as the agent runs.
 pub(crate) async fn keep(agent: Arc<Agent>) {
     let Some(after) = agent.config.heal_after else {
         return;
     };
     let mut healings: Vec<Healing> = Vec::new();
+    let (mut quiet, mut rest) = (None, LOOK);
     loop {
-        sleep(LOOK).await;
+        sleep(rest).await;
+        let begin = Instant::now();
         let (over, open) = healings.into_iter().partition(|h| h.entry.is_over());
         healings = open;
         let over: Vec<Healing> = over;
@@ -59,26 +76,40 @@ pub(crate) async fn keep(agent: Arc<Agent>) {
             remember(&agent, &healing.targets, healing.entry.results());
         }
         if agent.lease.is_free(after) {
-            healings.extend(heal(&agent, after).await);
+            healings.extend(heal(&agent, after, &mut quiet).await);
         } else {
             lock(&agent.failures).clear();
         }
+        rest = LOOK.max(begin.elapsed() * REST);
     }
 }
 
 /// Begins what is to be done and can be done beside what is under way: that may wait on purpose.
-async fn heal(agent: &Arc<Agent>, after: Duration) -> Option<Healing> {
-    let spec = agent.ledger.lock().await.held().cloned()?;
+async fn heal(agent: &Arc<Agent>, after: Duration, quiet: &mut Option<Quiet>) -> Option<Healing> {
+    let sealed = agent.ledger.lock().await.sealed().cloned()?;
+    let spec = sealed.envelope();
     // Before looking at what is there: what ends meanwhile may not be seen yet.
     let open = agent.batches.beside()?;
-    let now = |seen| beside(&steps(agent, &spec, seen), &open);
     // What was seen last is enough to see that nothing is to be done, but not to act upon.
-    if now(agent.inventory.last()).is_empty() {
+    let last = agent.inventory.last();
+    let revision = last.revision;
+    let holds = |quiet: &Quiet| quiet.holds(&sealed, revision);
+    if quiet.as_ref().is_some_and(holds) {
+        return None;
+    }
+    let blocked = || lock(&agent.failures).blocked();
+    let now = |seen, blocked: &_| beside(&steps(agent, spec, seen, blocked), &open);
+    let waits = blocked();
+    if now(last, &waits).is_empty() {
+        *quiet = (waits.is_empty() && open.is_empty()).then_some(Quiet {
+            spec: sealed,
+            revision,
+        });
         return None;
     }
     let inventory = agent.observe().await;
     let revision = inventory.revision;
-    let steps = now(inventory);
+    let steps = now(inventory, &blocked());
     let signs = agent.lease.signs();
     if steps.is_empty() || !agent.lease.is_free(after) {
         return None;
@@ -88,7 +119,7 @@ async fn heal(agent: &Arc<Agent>, after: Duration) -> Option<Healing> {
     let deadline = DEADLINE + patience(&steps, &agent.policies());
     let plan_id = format!("heal-{}", agent.inputs.chance.uuid());
     let targets = targets(&steps);
-    let batch = batch(&spec, plan_id.clone(), steps, deadline.min(MAX_DEADLINE));
+    let batch = batch(spec, plan_id.clone(), steps, deadline.min(MAX_DEADLINE));
     let entry = match agent.submit(batch).await {
         Ok(entry) => entry,
         // A newer spec has just come.
@@ -119,16 +150,20 @@ async fn give_way(
 }
 
 /// What is to be done now.
-fn steps(agent: &Agent, spec: &NodeSpecEnvelope, inventory: Arc<Inventory>) -> Vec<Step> {
+fn steps(
+    agent: &Agent,
+    spec: &NodeSpecEnvelope,
+    inventory: Arc<Inventory>,
+    blocked: &Blocked,
+) -> Vec<Step> {
     let node = &agent.config.node;
     let desired = Desired {
         nodes: BTreeMap::from([(node.clone(), spec.spec.clone())]),
     };
-    let blocked = lock(&agent.failures).blocked();
     let observed = Observed {
         nodes: BTreeMap::from([(node.clone(), NodeObserved::Known(inventory))]),
     };
-    plan(&desired, &observed, &blocked).steps
+    plan(&desired, &observed, blocked).steps
 }
 
 fn batch(spec: &NodeSpecEnvelope, plan_id: String, steps: Vec<Step>, deadline: Duration) -> Batch {

@@ -67,12 +67,12 @@ impl Ledger {
 
     /// What it holds.
     pub fn held(&self) -> Option<&NodeSpecEnvelope> {
-        self.sealed().map(Sealed::envelope)
+        self.sealed().map(|sealed| sealed.envelope())
     }
 
     /// The same, with its text.
-    pub fn sealed(&self) -> Option<&Sealed> {
-        self.held.as_ref().map(|(_, sealed)| &**sealed)
+    pub fn sealed(&self) -> Option<&Arc<Sealed>> {
+        self.held.as_ref().map(|(_, sealed)| sealed)
     }
 
     /// The fence of what it holds.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rts_agent_api::session::{SessionApi, SessionClient};
+use rts_agent_api::session::{ANSWERED_WITHIN, SessionApi, SessionClient};
 use rts_host::clock::{SystemChance, SystemClock};
 use rts_host::disk::FileDisk;
 use rts_http::client::Client;
@@ -24,8 +24,6 @@ use crate::start::{Running, begin, prepare};
 
 /// How long open requests may take when the agent ends.
 const LAST_REQUESTS: Duration = Duration::from_secs(1);
-/// Bound on one request to the controller.
-const REQUEST: Duration = Duration::from_secs(1);
 
 /// An agent that serves. Dropping it leaves its socket behind; use [`Serving::stop`].
 pub struct Serving {
@@ -109,7 +107,7 @@ fn controller(config: &Config) -> Result<Option<Arc<dyn SessionApi>>, StartError
     let Some(socket) = &config.controller_socket else {
         return Ok(None);
     };
-    let http = Client::unix(socket, REQUEST).map_err(StartError::Client)?;
+    let http = Client::unix(socket, ANSWERED_WITHIN).map_err(StartError::Client)?;
     Ok(Some(Arc::new(SessionClient::new(http, &config.node))))
 }
 

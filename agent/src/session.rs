@@ -25,7 +25,7 @@ const MAX_DELTA: usize = 1024 * 1024;
 
 /// Why heartbeats end.
 enum End {
-    /// The controller does not know the session, or is not there.
+    /// The controller does not know the session.
     GreetAgain,
     /// A newer session of this node was opened.
     Superseded,
@@ -90,8 +90,10 @@ async fn greet(
     Ok(inventory)
 }
 
-/// Sends heartbeats. `known` is the inventory that the controller knows.
+/// Sends heartbeats. `known` is the inventory that the controller knows. One that is silent is sent the next heartbeat, and no
+/// greeting: it may only be busy, and a greeting is much more to read.
 async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Arc<Inventory>) -> End {
+    let mut silent = false;
     loop {
         let (mark, events) = agent.events.waiting();
         let now = agent.inventory.last();
@@ -105,6 +107,7 @@ async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Arc<Invento
                 agent.lease.sign();
                 agent.events.told(mark);
                 known = now;
+                silent = false;
             }
             Err(ClientError::Problem(problem)) if problem.status == 409 => {
                 tracing::error!(
@@ -114,9 +117,16 @@ async fn beat(agent: &Agent, controller: &dyn SessionApi, mut known: Arc<Invento
                 agent.lease.superseded();
                 return End::Superseded;
             }
-            Err(e) => {
-                tracing::warn!("heartbeat was not accepted: {e}");
+            Err(ClientError::Problem(problem)) if problem.status == 404 => {
+                tracing::warn!("heartbeat was not accepted: {problem}");
                 return End::GreetAgain;
+            }
+            Err(e) => {
+                if !std::mem::replace(&mut silent, true) {
+                    tracing::warn!("heartbeat was not answered, trying again each second: {e}");
+                }
+                sleep(RETRY).await;
+                continue;
             }
         }
         sleep(BREATH).await;

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 
 use crate::clock::{Chance, Clock};
 use crate::execute::SharedProgress;
+use crate::fault::Faults;
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::node_numbers;
@@ -22,6 +23,7 @@ use crate::publish::{self, Shown};
 use crate::pulse::Pulse;
 use crate::reconcile::Backoff;
 use crate::sessions::Sessions;
+use crate::silence::Silence;
 use crate::simulator::Simulator;
 use crate::store::{
     Durable, NodeGeneration, Records, Restored, State, Store, StoreError, SystemRecord, Write,
@@ -136,8 +138,10 @@ pub struct World {
     pub resting: BTreeSet<String>,
     /// Systems that do not take in what was changed by hand in them, by uid, and why.
     pub unadopted: BTreeMap<String, String>,
-    /// Node → why its NodeSpec or steps were refused.
-    pub faults: BTreeMap<String, String>,
+    /// Nodes that did not take their NodeSpecs or steps.
+    pub faults: Faults,
+    /// Processes that do not answer.
+    pub silence: Silence,
 }
 
 /// A run, and where its steps are now. Clones are the same.

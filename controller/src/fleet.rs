@@ -14,6 +14,10 @@ use rts_plan::observed::Inventory;
 /// anything that a person does by hand, so that its own answer comes first.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(25);
 
+/// Agents that something is asked of at the same time: of a thousand, the last ones would have waited for their turn for as
+/// long as one may take to answer.
+pub(crate) const AT_ONCE: usize = 256;
+
 /// [`AgentApi`] behind a pointer: what the rest of this crate drives.
 pub trait Agent: Send + Sync + 'static {
     /// See [`AgentApi::inventory`].

@@ -93,6 +93,7 @@ impl Core {
         let news = {
             let mut world = self.world();
             let news = revisions(&world.observed) != revisions(&observed);
+            world.silence.seen(&observed);
             world.observed = observed;
             world.stale |= news;
             news

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use futures_util::future::{BoxFuture, join_all};
+use futures_util::StreamExt;
+use futures_util::future::BoxFuture;
+use futures_util::stream;
 use rts_plan::observed::{Inventory, NodeObserved, Observed};
 
-use crate::fleet::Agent;
+use crate::fleet::{AT_ONCE, Agent};
 
 /// Time that an agent has to answer; it gives its managers a second of that.
 pub const DEADLINE: Duration = Duration::from_millis(2500);
@@ -39,7 +41,10 @@ pub async fn observe(targets: BTreeMap<String, Target>, deadline: Duration) -> O
         (node, answer)
     });
     Observed {
-        nodes: join_all(asked).await.into_iter().collect(),
+        nodes: stream::iter(asked)
+            .buffer_unordered(AT_ONCE)
+            .collect()
+            .await,
     }
 }
 

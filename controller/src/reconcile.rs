@@ -27,6 +27,7 @@ use tokio::time::Instant;
 use tracing::{Instrument, info_span};
 
 use crate::core::Core;
+use crate::fault::{self, Fault, Faults};
 use crate::ledger::settle::Settling;
 use crate::moved;
 use crate::placement::Placement;
@@ -162,7 +163,8 @@ impl Reconciler {
         let sent = self.specs.send(&placed, &fenced);
         let span = info_span!(target: TARGET, "node specs");
         let mut faults = sent.instrument(span).await;
-        faults.extend(fenced);
+        let fenced = fenced.into_iter();
+        faults.extend(fenced.map(|(node, why)| (node, Fault::refused(why))));
         // What is seen from here on was there after the agents had stored what they are judged by.
         let look = self.core.look(SLOW_TICK);
         let observed = look.instrument(info_span!(target: TARGET, "look")).await;
@@ -220,7 +222,7 @@ impl Reconciler {
         planned: BTreeMap<String, u64>,
         observed: Observed,
         plan: &Arc<Plan>,
-        mut faults: BTreeMap<String, String>,
+        mut faults: Faults,
     ) {
         let _span = info_span!(target: TARGET, "publish").entered();
         faults.extend(self.runs.faults());
@@ -229,10 +231,11 @@ impl Reconciler {
             let mut world = self.core.world();
             world.planned = planned;
             world.placed = placed;
+            world.silence.seen(&observed);
             world.observed = observed;
             world.stale = false;
             world.plan = Arc::clone(plan);
-            world.faults = faults;
+            world.faults = fault::aged(faults, &world.faults);
             world.runs.retain(|slot, _| slots.contains(slot));
             world.resting = self.runs.resting();
             world.unadopted = self.drifts.refused();

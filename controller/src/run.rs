@@ -8,10 +8,12 @@ use std::time::Duration;
 use rts_host::memory;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
+use tokio::time::Instant;
 
 use crate::clock::{Chance, SystemChance, SystemClock};
 use crate::core::{Core, Inputs};
 use crate::fleet::HttpFleet;
+use crate::hearing::Hearing;
 use crate::home::{Home, HomeError};
 use crate::pace::publish_late;
 use crate::reconcile::Reconciler;
@@ -166,8 +168,9 @@ async fn keep(home: &mut Home) -> HomeError {
 /// Marks nodes whose heartbeats stopped as unknown, for ever.
 pub async fn expire_sessions(core: Arc<Core>) {
     let mut changed = core.sessions.subscribe();
+    let mut hearing = Hearing::new();
     loop {
-        let (lost, next) = core.sessions.expire();
+        let (lost, next) = core.sessions.expire(hearing.deaf());
         for node in &lost {
             let object = format!("node/{node}");
             if core.sessions.get(node).is_some_and(|entry| entry.sleeps()) {
@@ -183,7 +186,10 @@ pub async fn expire_sessions(core: Arc<Core>) {
             core.publish_soon();
             core.wake.notify_one();
         }
-        let until = next.unwrap_or_else(|| tokio::time::Instant::now() + IDLE);
+        let until = match next {
+            Some(next) => next.min(hearing.next()),
+            None => Instant::now() + IDLE,
+        };
         tokio::select! {
             biased;
             () = tokio::time::sleep_until(until) => {}

@@ -4,6 +4,7 @@ mod entry;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use jiff::Timestamp;
 use rts_agent_api::PROTOCOL_VERSION;
@@ -124,12 +125,14 @@ impl Sessions {
         Ok(beat)
     }
 
-    /// Marks nodes whose heartbeats stopped and names them; and when to look again.
-    pub fn expire(&self) -> (Vec<String>, Option<Instant>) {
+    /// Marks nodes whose heartbeats stopped and names them; and when to look again. So long nobody could be heard: that is
+    /// nobody's silence.
+    pub fn expire(&self, deaf: Duration) -> (Vec<String>, Option<Instant>) {
         let now = Instant::now();
         let mut lost = Vec::new();
         let mut next = None;
         for (name, entry) in self.nodes().iter_mut().filter(|(_, entry)| !entry.lost) {
+            entry.session.alive = (entry.session.alive + deaf).min(now);
             let end = entry.session.alive + UNKNOWN_AFTER;
             if end <= now {
                 entry.lost = true;

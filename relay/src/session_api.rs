@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::Router;
@@ -36,6 +37,9 @@ struct Speaker {
     controller: SessionClient,
     /// Rings when the controller has answered a greeting.
     greeted: Arc<Notify>,
+    /// It has answered one of this session. An agent that lives over there on its own goes on with heartbeats when it is reached
+    /// again; only a greeting tells how, and that may be another way than before.
+    met: AtomicBool,
 }
 
 /// The connections of the agent over there.
@@ -77,6 +81,7 @@ pub(crate) async fn serve(
         controller: SessionClient::new(http, &config.node),
         node: config.node,
         greeted,
+        met: AtomicBool::new(false),
     };
     axum::serve(Incoming(streams), router(Arc::new(speaker))).await
 }
@@ -101,6 +106,7 @@ async fn greet(
     greeting.transport = Some(speaker.transport.clone());
     let reply = speaker.controller.greet(&greeting).await;
     if matches!(reply, Ok(_) | Err(ClientError::Problem(_))) {
+        speaker.met.store(true, Ordering::Relaxed);
         speaker.greeted.notify_one();
     }
     reply.map(Json).map_err(passed_on)
@@ -112,6 +118,10 @@ async fn beat(
     Json(heartbeat): Json<Heartbeat>,
 ) -> Result<(), ProblemResponse> {
     speaker.is_own(&node)?;
+    if !speaker.met.load(Ordering::Relaxed) {
+        let detail = format!("node {node} is reached anew: greet again");
+        return Err(Problem::not_found(detail).into());
+    }
     let taken = speaker.controller.heartbeat(&session, &heartbeat).await;
     taken.map_err(passed_on)
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use rts_agent::peers::HomePeers;
 use rts_agent::{Config, Inputs, Running, StartError};
-use rts_agent_api::session::SessionClient;
+use rts_agent_api::session::{ANSWERED_WITHIN, SessionClient};
 use rts_host::clock::{SystemChance, SystemClock};
 use rts_http::client::{Client, ClientError};
 use rts_http::server::serve_at;
@@ -28,8 +28,6 @@ use crate::truth::Truth;
 
 /// Type of the one module that every node has: an in-port, an out-port and a parameter.
 pub const TYPE: &str = "Part";
-/// Bound on a request to the controller, as a real agent has it.
-const REQUEST: Duration = Duration::from_secs(1);
 /// How long open requests may take in the end.
 const LAST_REQUESTS: Duration = Duration::from_secs(1);
 
@@ -112,7 +110,7 @@ async fn start(home: &Path, node: &str, seed: Seed, truth: Truth) -> Result<Serv
         .parameter("gain", "1.0");
     machine.install(part);
     let life = Life::new(node, 1);
-    let controller = Client::unix(home.join("run/controller.sock"), REQUEST)?;
+    let controller = Client::unix(home.join("run/controller.sock"), ANSWERED_WITHIN)?;
     let inputs = Inputs {
         clock: Arc::new(SystemClock),
         chance: Arc::new(SystemChance),

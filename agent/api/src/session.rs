@@ -16,6 +16,10 @@ use crate::messages::LedgerFence;
 pub const HEARTBEAT: Duration = Duration::from_secs(1);
 /// A node without a heartbeat for this long is unknown.
 pub const UNKNOWN_AFTER: Duration = Duration::from_secs(3);
+/// Time for a controller to answer a heartbeat. A busy one answers late, and it helps nobody when it is asked again before.
+pub const ANSWERED_WITHIN: Duration = UNKNOWN_AFTER;
+/// Time for a controller to answer a greeting, which brings all that the node has.
+const GREETED_WITHIN: Duration = Duration::from_secs(5);
 
 /// `POST` on the controller: [`SessionGreeting`], [`SessionReply`] back.
 pub const SESSIONS: &str = "/v1/nodes/{node}/sessions";
@@ -142,7 +146,8 @@ impl SessionApi for SessionClient {
         greeting: &'a SessionGreeting,
     ) -> BoxFuture<'a, Result<SessionReply, ClientError>> {
         let path = SESSIONS.replace("{node}", &segment(&self.node));
-        Box::pin(async move { self.http.send(Method::POST, &path, greeting).await })
+        let http = self.http.within(GREETED_WITHIN);
+        Box::pin(async move { http.send(Method::POST, &path, greeting).await })
     }
 
     fn heartbeat<'a>(

@@ -48,7 +48,7 @@ pub(super) async fn inventory(_: Principal, State(agent): Shared) -> Json<Arc<In
     path = paths::NODE_SPEC,
     responses((status = 200, body = NodeSpecEnvelope), (status = 404, description = "it was told nothing yet", body = Problem))
 )]
-pub(super) async fn node_spec(_: Principal, State(agent): Shared) -> Answer<Json<Sealed>> {
+pub(super) async fn node_spec(_: Principal, State(agent): Shared) -> Answer<Json<Arc<Sealed>>> {
     Ok(Json(agent.node_spec().await?))
 }
 

@@ -24,7 +24,7 @@ struct Ears {
     heartbeats: mpsc::UnboundedSender<Heartbeat>,
     /// Status of the next answers to heartbeats; 404 once. 503 is answered to greetings too.
     answer: AtomicU16,
-    /// Greetings that were answered with 503.
+    /// Heartbeats that were answered with 503.
     in_vain: AtomicU16,
 }
 
@@ -95,9 +95,15 @@ impl FakeController {
         self.ears.answer.store(204, Ordering::SeqCst);
     }
 
-    /// Greetings that it refused.
-    pub fn greeted_in_vain(&self) -> u16 {
+    /// Heartbeats that it refused.
+    pub fn beaten_in_vain(&self) -> u16 {
         self.ears.in_vain.load(Ordering::SeqCst)
+    }
+
+    /// True when a greeting has come that nobody has asked for yet; now it was.
+    pub fn was_greeted(&self) -> bool {
+        let greetings = self.greetings.try_lock();
+        greetings.is_ok_and(|mut greetings| greetings.try_recv().is_ok())
     }
 
     pub async fn greeting(&self) -> SessionGreeting {
@@ -152,7 +158,6 @@ async fn greet(
     Json(greeting): Json<SessionGreeting>,
 ) -> Result<Json<SessionReply>, ProblemResponse> {
     if ears.answer.load(Ordering::SeqCst) == 503 {
-        ears.in_vain.fetch_add(1, Ordering::SeqCst);
         return Err(stuck());
     }
     let _ = ears.greetings.send(greeting);
@@ -175,7 +180,10 @@ async fn heartbeat(
             ears.answer.store(204, Ordering::SeqCst);
             Err(Problem::not_found("no such session").into())
         }
-        503 => Err(stuck()),
+        503 => {
+            ears.in_vain.fetch_add(1, Ordering::SeqCst);
+            Err(stuck())
+        }
         409 => {
             let _ = ears.heartbeats.send(heartbeat);
             Err(Problem::conflict("superseded", "a newer session has taken over").into())

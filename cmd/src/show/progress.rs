@@ -10,6 +10,8 @@ use crate::output::Output;
 /// Least time between two plain lines.
 const PAUSE: Duration = Duration::from_secs(1);
 
+/// Targets with the same reason that are named.
+const NAMED: usize = 8;
 /// Least length of a reason that is not said again, in bytes.
 const LONG: usize = 30;
 
@@ -98,8 +100,17 @@ pub fn grouped<'a>(
     }
     let lines = groups.into_iter();
     lines
-        .map(|(why, targets)| format!("{}: {why}", targets.join(", ")))
+        .map(|(why, targets)| format!("{}: {why}", named(&targets)))
         .collect()
+}
+
+/// `component/A, component/B and 98 more`.
+fn named(targets: &[&str]) -> String {
+    let shown = targets.len().min(NAMED);
+    match targets.len() - shown {
+        0 => targets.join(", "),
+        more => format!("{} and {more} more", targets[..shown].join(", ")),
+    }
 }
 
 /// `Sine0 is not there: as component/Sine0`, where that one's reason is told as well.
@@ -208,6 +219,27 @@ mod tests {
         assert_eq!(
             grouped(&all, |_| String::new())[1],
             "connector/R.o-S.i: R is not there: as component/R"
+        );
+    }
+
+    #[test]
+    fn of_many_targets_with_one_reason_a_few_are_named() {
+        let all: Vec<Waiting> = (0..100)
+            .map(|i| Waiting {
+                target: format!("component/C{i}"),
+                reason: "gone".to_owned(),
+                required: true,
+                transient: false,
+                tries: 1,
+                next_try: None,
+            })
+            .collect();
+        insta::assert_snapshot!(grouped(&all, |_| String::new()).join("\n"), @"component/C0, component/C1, component/C2, component/C3, component/C4, component/C5, component/C6, component/C7 and 92 more: gone");
+        assert_eq!(
+            named(&["component/A"; NAMED])
+                .matches("component/A")
+                .count(),
+            NAMED
         );
     }
 

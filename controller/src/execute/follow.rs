@@ -7,9 +7,11 @@ use futures_util::StreamExt;
 use futures_util::stream::{self, BoxStream};
 use rts_agent_api::messages::{Batch, BatchEvent};
 use rts_agent_api::{BatchEvents, ClientError};
+use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
 use super::run::Peer;
+use crate::fault::Fault;
 use crate::fleet::Agent;
 
 /// Time after its deadline in which the agent must have said so.
@@ -42,17 +44,31 @@ impl Broken {
         let (Self::Lost(reason) | Self::Failed(reason)) = self;
         reason
     }
+
+    /// What that says of the node.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Lost(reason) => Fault::silent(reason),
+            Self::Failed(reason) => Fault::refused(reason),
+        }
+    }
 }
 
 /// The reports of one node's batch, with an end in any case: loss of the agent and the deadline included. One event may
-/// be told several times.
-pub(super) fn follow(node: String, batch: Batch, peer: Peer) -> BoxStream<'static, Report> {
+/// be told several times. So many batches are sent at a time as `turns` has permits.
+pub(super) fn follow(
+    node: String,
+    batch: Batch,
+    peer: Peer,
+    turns: Arc<Semaphore>,
+) -> BoxStream<'static, Report> {
     let Peer { agent, lost, .. } = peer;
     let limit = Duration::from_millis(batch.deadline_ms) + GRACE;
     let results = Results {
         node: node.clone(),
         batch,
         agent,
+        turns,
         events: None,
         silence: SILENCE.0,
         accepted: false,
@@ -85,6 +101,7 @@ struct Results {
     node: String,
     batch: Batch,
     agent: Arc<dyn Agent>,
+    turns: Arc<Semaphore>,
     /// None when they are to be asked for.
     events: Option<BatchEvents>,
     silence: Duration,
@@ -119,6 +136,7 @@ impl Results {
     /// Sends the batch: the first time to have it carried out, then to hear its results from the first on.
     async fn attach(&mut self) -> Result<(), Broken> {
         let node = &self.node;
+        let _turn = self.turns.acquire().await;
         match timeout(ACCEPT, self.agent.run_batch(&self.batch)).await {
             Ok(Ok(events)) => {
                 self.accepted = true;

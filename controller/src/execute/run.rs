@@ -9,11 +9,13 @@ use futures_util::future::BoxFuture;
 use futures_util::stream::{BoxStream, FuturesUnordered, SelectAll};
 use rts_agent_api::messages::{Batch, BatchEvent, GateReport, Seen, StepOutcome};
 use rts_plan::plan::{Plan, Step, StepId};
+use tokio::sync::Semaphore;
 
 use super::cut::cut;
 use super::deadline::{self, StartTimeouts};
 use super::follow::{ACCEPT, Broken, Report, follow};
-use crate::fleet::Agent;
+use crate::fault::Faults;
+use crate::fleet::{AT_ONCE, Agent};
 
 /// Tries after which a gate that does not open is told of.
 const GATE_WARNING: u32 = 3;
@@ -79,8 +81,8 @@ pub struct Executor<'a> {
     progress: SharedProgress,
     /// Node → its steps.
     steps_of: BTreeMap<&'a str, Vec<StepId>>,
-    /// Nodes whose agent refused its steps or was lost, and why.
-    pub faults: BTreeMap<String, String>,
+    /// Nodes whose agent refused its steps or was lost.
+    pub faults: Faults,
 }
 
 impl<'a> Executor<'a> {
@@ -111,12 +113,14 @@ impl<'a> Executor<'a> {
             releases: FuturesUnordered::new(),
             progress,
             steps_of: BTreeMap::new(),
-            faults: BTreeMap::new(),
+            faults: Faults::new(),
         };
+        let turns = Arc::new(Semaphore::new(AT_ONCE));
         for (node, peer) in peers {
             if let Some(batch) = batches.remove(&node) {
                 run.agents.insert(node.clone(), Arc::clone(&peer.agent));
-                run.reports.push(follow(node, batch, peer));
+                run.reports
+                    .push(follow(node, batch, peer, Arc::clone(&turns)));
             }
         }
         for step in &plan.steps {
@@ -177,7 +181,7 @@ impl<'a> Executor<'a> {
             Report::Over(node, why) => {
                 if let Some(why) = &why {
                     tracing::warn!(node, reason = why.reason(), "batch broken off");
-                    self.faults.insert(node.clone(), why.reason().to_owned());
+                    self.faults.insert(node.clone(), why.fault());
                 }
                 let never = || Broken::Failed("its agent never told of it".to_owned());
                 let why = why.unwrap_or_else(never);

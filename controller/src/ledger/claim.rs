@@ -170,7 +170,7 @@ async fn becomes_ours(core: &Core, node: &str, session: &str) -> Result<(), Prob
     match tokio::time::timeout(DEADLINE, wait).await {
         Ok(result) => result,
         Err(_) => {
-            let fault = core.world().faults.get(node).cloned();
+            let fault = core.world().faults.get(node).map(|f| f.reason.clone());
             let why =
                 fault.unwrap_or_else(|| "its agent did not store the spec in time".to_owned());
             Err(refused(node, &why))

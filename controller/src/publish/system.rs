@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::Timestamp;
-use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus};
+use rts_controller_api::objects::{Kind, Metadata, Phase, Progress, System, SystemStatus, Waiting};
 use rts_plan::observed::{ComponentObserved, ConnectorState, LifeCycleState, NodeObserved};
 use rts_plan::plan::Step;
 use rts_plan::target;
@@ -15,6 +15,7 @@ use super::{Scene, object, waiting};
 use crate::core::RunState;
 use crate::execute::step;
 use crate::reconcile::{Backoff, is_free_of};
+use crate::sessions::NodeEntry;
 use crate::store::SystemRecord;
 
 /// Running steps that are shown.
@@ -54,6 +55,8 @@ pub struct Facts {
     pub differences: usize,
     /// Some node that it runs on cannot be asked.
     pub silent: bool,
+    /// Some node that it runs on was there a moment ago, and is not now.
+    lost: bool,
     /// What was changed by hand, and what becomes of it.
     pub drift: Vec<String>,
     /// Some of it is left as it is.
@@ -64,7 +67,7 @@ pub struct Facts {
     settling: bool,
     active: usize,
     /// What does not go on.
-    pub waiting: Vec<rts_controller_api::objects::Waiting>,
+    pub waiting: Vec<Waiting>,
     progress: Progress,
 }
 
@@ -87,6 +90,10 @@ impl Facts {
         let drift = of_system(&scene.drifts, record.name());
         let refused = world.unadopted.get(&record.uid).map(String::as_str);
         let mut facts = Self {
+            lost: record.nodes.iter().any(|node| {
+                let entry = scene.nodes.get(node);
+                !idle(node) && entry.is_some_and(NodeEntry::may_be_back)
+            }),
             silent: !record.nodes.iter().all(|node| known(node) || idle(node)),
             planned,
             pending: run.is_some() || (steps > 0 && !resting),
@@ -165,6 +172,12 @@ impl Facts {
         }
     }
 
+    /// True for what is no mere question of moments. A node or a process that is silent is serious at once, though an apply waits
+    /// for it to come back.
+    fn is_serious(&self, waiting: &Waiting) -> bool {
+        !waiting.transient || self.lost || waiting.target.starts_with("manager/")
+    }
+
     fn status(&self, scene: &Scene<'_>, record: &SystemRecord) -> SystemStatus {
         let mine: BTreeSet<&str> = self.waiting.iter().map(|w| w.target.as_str()).collect();
         let planned = &scene.world.plan.waiting_on;
@@ -175,7 +188,7 @@ impl Facts {
             Phase::Terminating
         } else if self.pending || !self.planned || (scene.world.stale && !healthy) {
             Phase::Progressing
-        } else if self.waiting.iter().any(|waiting| !waiting.transient) {
+        } else if self.waiting.iter().any(|w| self.is_serious(w)) {
             Phase::Degraded
         } else if !self.waiting.is_empty() {
             Phase::Progressing

@@ -44,16 +44,28 @@ pub fn reasons(
 ) -> BTreeMap<String, Reason> {
     let unsure: Vec<String> = nodes
         .iter()
-        .filter(|(_, entry)| entry.unsure())
+        .filter(|(_, entry)| entry.unsure() || entry.may_be_back())
         .map(|(node, _)| format!("node {node} is unknown"))
         .collect();
+    let silent: Vec<(String, String)> = world
+        .silence
+        .of_a_moment()
+        .into_iter()
+        .map(|name| (format!("manager/{name}"), format!("manager {name} ")))
+        .collect();
+    let answers_soon = |target: &str, text: &str| {
+        let own = |(manager, words): &(String, String)| {
+            manager == target || (text.contains(words) && text.contains("does not answer"))
+        };
+        silent.iter().any(own)
+    };
     let planned = world.plan.waiting_on.iter();
     let mut reasons: BTreeMap<_, _> = planned
         .map(|waiting| {
             let text = waiting.reason.clone();
             let node = waiting.target.replacen('/', " ", 1) + " is unknown";
             let asked = unsure.iter().any(|u| *u == node || text.contains(u));
-            let transient = waiting.transient || asked;
+            let transient = waiting.transient || asked || answers_soon(&waiting.target, &text);
             (waiting.target.clone(), Reason { text, transient })
         })
         .collect();
@@ -83,8 +95,12 @@ pub fn reasons(
     for held in held(world) {
         reasons.insert(target::component(&held.instance), lasting(&held.reason));
     }
-    for (node, reason) in &world.faults {
-        reasons.insert(target::node(node), lasting(reason));
+    for (node, fault) in &world.faults {
+        let reason = Reason {
+            text: fault.reason.clone(),
+            transient: fault.may_pass(),
+        };
+        reasons.insert(target::node(node), reason);
     }
     reasons
 }

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use futures_util::future::join_all;
+use futures_util::StreamExt;
+use futures_util::stream;
 use rts_agent_api::messages::NodeSpecEnvelope;
 use rts_agent_api::{ClientError, Saving};
 use rts_host::timing::TARGET;
@@ -16,7 +17,8 @@ use tracing::{Instrument, info_span};
 
 use crate::admit;
 use crate::core::Core;
-use crate::fleet::Agent;
+use crate::fault::{Fault, Faults};
+use crate::fleet::{AT_ONCE, Agent};
 use crate::ledger::fence;
 use crate::ledger::settle::settled;
 use crate::node_numbers::Number;
@@ -60,7 +62,7 @@ struct Saved {
     node: String,
     session: String,
     generation: u64,
-    answer: Result<(), String>,
+    answer: Result<(), Fault>,
 }
 
 struct Sending {
@@ -108,7 +110,7 @@ impl NodeSpecs {
     }
 
     /// Systems, by uid, of which a node that can be told has not stored the newest spec.
-    pub fn untold(&self, desired: &Desired, faults: &BTreeMap<String, String>) -> BTreeSet<String> {
+    pub fn untold(&self, desired: &Desired, faults: &Faults) -> BTreeSet<String> {
         let sessions = self.core.sessions.all();
         let open = desired.nodes.iter().filter(|(node, _)| {
             let live = sessions.get(*node).filter(|entry| !entry.lost);
@@ -170,11 +172,7 @@ impl NodeSpecs {
 
     /// Sends what no agent has taken yet. Gives the nodes that did not take theirs, or did not make it durable, and why.
     /// Nothing is sent to nodes that are `fenced`.
-    pub async fn send(
-        &mut self,
-        placed: &Placement,
-        fenced: &BTreeMap<String, String>,
-    ) -> BTreeMap<String, String> {
+    pub async fn send(&mut self, placed: &Placement, fenced: &BTreeMap<String, String>) -> Faults {
         let mut faults = self.collect();
         let mut sendings = Vec::new();
         self.unnumbered.clear();
@@ -199,12 +197,13 @@ impl NodeSpecs {
                 Ok(Prepared::Send(sending)) => sendings.push(*sending),
                 Ok(Prepared::Unnumbered) => drop(self.unnumbered.insert(node.clone())),
                 Ok(Prepared::Nothing) => {}
-                Err(reason) => drop(faults.insert(node.clone(), reason)),
+                Err(reason) => drop(faults.insert(node.clone(), Fault::refused(reason))),
             }
         }
         let core = Arc::clone(&self.core);
         let offers = sendings.into_iter().map(|sending| offer(&core, sending));
-        for (sending, answer) in join_all(offers).await {
+        let mut answers = stream::iter(offers).buffer_unordered(AT_ONCE);
+        while let Some((sending, answer)) = answers.next().await {
             match answer {
                 Ok(saving) => {
                     // What it told before says nothing about the new spec.
@@ -213,9 +212,13 @@ impl NodeSpecs {
                     self.taken.insert(sending.node.clone(), taken);
                     self.saving.spawn(saved(Arc::clone(&core), sending, saving));
                 }
-                Err(reason) => {
-                    tracing::warn!(node = sending.node, reason, "node spec not taken");
-                    faults.insert(sending.node, reason);
+                Err(fault) => {
+                    tracing::warn!(
+                        node = sending.node,
+                        reason = fault.reason,
+                        "node spec not taken"
+                    );
+                    faults.insert(sending.node, fault);
                 }
             }
         }
@@ -225,17 +228,17 @@ impl NodeSpecs {
     }
 
     /// Takes in what was made durable. Gives the nodes whose agents could not, and why.
-    fn collect(&mut self) -> BTreeMap<String, String> {
-        let mut faults = BTreeMap::new();
+    fn collect(&mut self) -> Faults {
+        let mut faults = Faults::new();
         while let Some(joined) = self.saving.try_join_next() {
             let Ok(saved) = joined else { continue };
             let (node, taken) = (saved.node, (saved.session, saved.generation));
             match saved.answer {
                 Ok(()) => drop(self.acked.insert(node, taken)),
-                Err(reason) if self.taken.get(&node) == Some(&taken) => {
-                    tracing::warn!(node, reason, "node spec not stored");
+                Err(fault) if self.taken.get(&node) == Some(&taken) => {
+                    tracing::warn!(node, reason = fault.reason, "node spec not stored");
                     self.taken.remove(&node);
-                    faults.insert(node, reason);
+                    faults.insert(node, fault);
                 }
                 // It was replaced meanwhile.
                 Err(_) => {}
@@ -281,7 +284,7 @@ impl NodeSpecs {
 }
 
 /// Sends one node's spec and waits until it counts there, or its agent is lost.
-async fn offer(core: &Core, sending: Sending) -> (Sending, Result<Saving, String>) {
+async fn offer(core: &Core, sending: Sending) -> (Sending, Result<Saving, Fault>) {
     let offered = sending.agent.offer_node_spec(&sending.envelope);
     let span = info_span!(target: TARGET, "send", of = format!("node/{}", sending.node));
     let answer = within(core, &sending, offered.instrument(span)).await;
@@ -310,21 +313,23 @@ async fn within<T>(
     core: &Core,
     sending: &Sending,
     work: impl Future<Output = Result<T, ClientError>>,
-) -> Result<T, String> {
+) -> Result<T, Fault> {
     let work = tokio::time::timeout(DEADLINE, work);
     let work = core
         .sessions
         .while_live(&sending.node, &sending.session, work);
     match work.await {
         Ok(Ok(Ok(done))) => Ok(done),
-        Ok(Ok(Err(e @ ClientError::Problem(_)))) => {
-            Err(format!("its agent refused the node's spec: {e}"))
-        }
-        Ok(Ok(Err(e))) => Err(format!("its agent did not take the node's spec: {e}")),
-        Ok(Err(_)) => Err(format!(
+        Ok(Ok(Err(e @ ClientError::Problem(_)))) => Err(Fault::refused(format!(
+            "its agent refused the node's spec: {e}"
+        ))),
+        Ok(Ok(Err(e))) => Err(Fault::silent(format!(
+            "its agent did not take the node's spec: {e}"
+        ))),
+        Ok(Err(_)) => Err(Fault::silent(format!(
             "its agent did not store the node's spec within {} s",
             DEADLINE.as_secs()
-        )),
-        Err(Lost) => Err("its agent was lost".to_owned()),
+        ))),
+        Err(Lost) => Err(Fault::silent("its agent was lost")),
     }
 }

@@ -20,6 +20,7 @@ use super::slots::{Slots, system_of};
 use super::{SLOW_TICK, Stamp};
 use crate::core::{Core, RunState};
 use crate::execute::{Accepted, Executor, Peer, SharedProgress, StartTimeouts};
+use crate::fault::Faults;
 
 /// Most runs at once: an agent takes at most eight batches.
 const MOST: usize = 7;
@@ -40,7 +41,7 @@ pub struct Runs {
     slots: Slots,
     last: BTreeMap<String, Last>,
     /// Run → node → why its agent refused the steps or was lost.
-    faults: BTreeMap<String, BTreeMap<String, String>>,
+    faults: BTreeMap<String, Faults>,
 }
 
 /// How a run ended.
@@ -48,7 +49,7 @@ struct Ended {
     key: String,
     succeeded: bool,
     superseded: bool,
-    faults: BTreeMap<String, String>,
+    faults: Faults,
     /// Kinds and targets of its steps.
     work: Vec<(&'static str, String)>,
 }
@@ -136,7 +137,7 @@ impl Runs {
     }
 
     /// Nodes that refused steps or were lost in the last run of a system, and why.
-    pub fn faults(&self) -> BTreeMap<String, String> {
+    pub fn faults(&self) -> Faults {
         self.faults
             .values()
             .flatten()
@@ -202,7 +203,11 @@ impl Runs {
             if plan.steps.iter().any(|step| waits(&step.node)) {
                 continue;
             }
-            let absent = self.core.world().faults.clone();
+            let world = self.core.world();
+            let faults = world.faults.iter();
+            let absent = faults.map(|(node, fault)| (node.clone(), fault.reason.clone()));
+            let absent = absent.collect();
+            drop(world);
             let peers = self.peers(&plan, specs, seen);
             let generations = peers
                 .iter()

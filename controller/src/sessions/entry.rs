@@ -13,6 +13,7 @@ use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::superseded;
+use crate::fault::PATIENCE;
 use crate::fleet::Agent;
 
 /// Sessions that were replaced and are still refused, per node.
@@ -37,6 +38,8 @@ pub struct NodeEntry {
     pub(super) failures: u32,
     /// When the last of them was counted.
     failed: Option<Instant>,
+    /// When the first of them was.
+    unanswered: Option<Instant>,
     /// What was last seen there: the last full answer, and what heartbeats have told since.
     pub inventory: Arc<Inventory>,
     /// When all of it was told last; none when it cannot be relied on.
@@ -106,6 +109,16 @@ impl NodeEntry {
         !self.lost && self.failures == 1
     }
 
+    /// True for one that was there a moment ago, and is lost or silent now.
+    pub fn may_be_back(&self) -> bool {
+        let since = match (self.lost, &self.silent) {
+            (true, _) => Some(self.session.alive),
+            (false, Some(_)) => self.unanswered,
+            (false, None) => None,
+        };
+        !self.sleeps() && since.is_some_and(|since| since.elapsed() < PATIENCE)
+    }
+
     /// Nobody reaches it just now, which is how it should be between two commands.
     pub fn sleeps(&self) -> bool {
         self.lost && self.session.transport.is_some()
@@ -132,6 +145,7 @@ impl NodeEntry {
             silent: None,
             failures: 0,
             failed: None,
+            unanswered: None,
             inventory,
             told: Some(Instant::now()),
             doubts: 0,
@@ -276,6 +290,9 @@ impl NodeEntry {
     pub(super) fn unanswered(&mut self, reason: &str) {
         let now = Instant::now();
         let counted = self.failed.replace(now).filter(|_| self.failures > 0);
+        if self.failures == 0 {
+            self.unanswered = Some(now);
+        }
         if counted.is_some_and(|at| now.duration_since(at) < ONCE) {
             self.failed = counted;
         } else {

@@ -224,9 +224,9 @@ async fn three_seconds_of_silence_make_a_node_unknown_and_a_heartbeat_brings_it_
     let sessions = Sessions::default();
     greet(&sessions, "a").unwrap();
     tokio::time::advance(Duration::from_millis(2900)).await;
-    assert!(sessions.expire().0.is_empty());
+    assert!(sessions.expire(Duration::ZERO).0.is_empty());
     tokio::time::advance(Duration::from_millis(100)).await;
-    assert_eq!(sessions.expire().0, ["n"]);
+    assert_eq!(sessions.expire(Duration::ZERO).0, ["n"]);
     assert_eq!(sessions.get("n").unwrap().state(), "Unknown");
     tokio::time::timeout(Duration::from_secs(1), sessions.ended("n", "a"))
         .await
@@ -236,13 +236,50 @@ async fn three_seconds_of_silence_make_a_node_unknown_and_a_heartbeat_brings_it_
 }
 
 #[tokio::test(start_paused = true)]
+async fn what_the_controller_could_not_hear_is_no_silence() {
+    let sessions = Sessions::default();
+    greet(&sessions, "a").unwrap();
+    tokio::time::advance(Duration::from_secs(6)).await;
+    assert!(sessions.expire(Duration::from_secs(5)).0.is_empty());
+    tokio::time::advance(Duration::from_millis(1900)).await;
+    assert!(sessions.expire(Duration::ZERO).0.is_empty());
+    tokio::time::advance(Duration::from_millis(100)).await;
+    assert_eq!(sessions.expire(Duration::ZERO).0, ["n"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_node_may_be_back_for_ten_seconds_after_it_was_there_last() {
+    let sessions = Sessions::default();
+    greet(&sessions, "a").unwrap();
+    let may_be_back = || sessions.get("n").unwrap().may_be_back();
+    assert!(!may_be_back(), "it is there");
+    tokio::time::advance(Duration::from_secs(3)).await;
+    sessions.expire(Duration::ZERO);
+    assert!(may_be_back());
+    tokio::time::advance(Duration::from_secs(7)).await;
+    assert!(!may_be_back());
+    // Its heartbeats come, but it answers nothing.
+    beat(&sessions, "a", 0).unwrap();
+    let question = sessions.get("n").unwrap().question();
+    let unanswered = || sessions.observed("n", &question, Err("it hangs"));
+    unanswered();
+    tokio::time::advance(Duration::from_secs(3)).await;
+    unanswered();
+    assert_eq!(sessions.get("n").unwrap().state(), "NotReady");
+    assert!(may_be_back());
+    tokio::time::advance(Duration::from_secs(7)).await;
+    unanswered();
+    assert!(!may_be_back());
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_time_out_of_an_old_session_does_not_touch_the_new_one() {
     let sessions = Sessions::default();
     greet(&sessions, "a").unwrap();
     tokio::time::advance(Duration::from_millis(2900)).await;
     greet(&sessions, "b").unwrap();
     tokio::time::advance(Duration::from_millis(200)).await;
-    assert!(sessions.expire().0.is_empty());
+    assert!(sessions.expire(Duration::ZERO).0.is_empty());
 }
 
 #[tokio::test]
