@@ -36,7 +36,7 @@ mod survey;
 #[cfg(feature = "session")]
 pub use child::Child;
 #[cfg(feature = "session")]
-pub use copies::lease_name;
+pub use copies::{Claim, Collected, lease_name};
 pub use destination::{Destination, HostKeys};
 pub use error::{Kind, SshError};
 pub use machine::machine_of;
