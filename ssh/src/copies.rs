@@ -28,6 +28,9 @@ pub fn lease_name(machine: &str, home: &str, node: &str) -> String {
     name
 }
 
+/// Most sentences that are taken.
+const MAX_TOLD: usize = 4;
+
 /// Where a lease lies in a home there.
 pub(crate) fn place(home: &str, lease: &str) -> String {
     format!("{}/leases/{lease}", home.trim_end_matches('/'))
@@ -49,8 +52,8 @@ pub enum Claim<'a> {
 pub struct Collected {
     /// How many digests were removed.
     pub removed: usize,
-    /// Why the lease could not be written; it keeps nothing then.
-    pub unleased: Option<String>,
+    /// What did not work, in sentences: that nothing was removed, or that the lease could not be written.
+    pub told: Vec<String>,
 }
 
 impl Claim<'_> {
@@ -75,28 +78,30 @@ pub(crate) async fn collect(
     let ran = session
         .run_with(what, SCRIPT, &[home, lease, verb, node], list.as_bytes())
         .await?;
-    parse(&String::from_utf8_lossy(&ran.out)).map_err(|said| SshError::Failed {
+    parse(&String::from_utf8_lossy(&ran.out)).ok_or_else(|| SshError::Answer {
         host: session.host().to_owned(),
-        what: "tell which copies are needed".to_owned(),
-        said: tame(&format!("{said} {}", ran.err)),
+        what: what.to_owned(),
+        said: tame(&format!(
+            "{} {}",
+            String::from_utf8_lossy(&ran.out),
+            ran.err
+        )),
     })
 }
 
-/// Reads the answer; the error is its last line.
-fn parse(answer: &str) -> Result<Collected, &str> {
-    let last = answer.lines().last().unwrap_or_default();
-    if last != "done" {
-        return Err(last.strip_prefix("error ").unwrap_or(last));
+/// Reads the answer; none for half of one.
+fn parse(answer: &str) -> Option<Collected> {
+    let mut collected = Collected::default();
+    for line in answer.lines() {
+        match line.split_once(' ') {
+            Some(("gone", _)) => collected.removed += 1,
+            Some(("told", said)) if collected.told.len() < MAX_TOLD => {
+                collected.told.push(tame(said));
+            }
+            _ => {}
+        }
     }
-    let mut lines = answer.lines();
-    let unleased = lines.find_map(|line| line.strip_prefix("unleased "));
-    Ok(Collected {
-        removed: answer
-            .lines()
-            .filter(|line| line.starts_with("gone "))
-            .count(),
-        unleased: unleased.map(tame),
-    })
+    (answer.lines().last() == Some("done")).then_some(collected)
 }
 
 #[cfg(test)]
@@ -143,7 +148,7 @@ mod tests {
             keep => Claim::Keep(lease, keep),
         };
         let said = answer("", home, claim);
-        assert_eq!(parse(&said).unwrap().unleased, None, "{said}");
+        assert!(parse(&said).unwrap().told.is_empty(), "{said}");
         left(home)
     }
 
@@ -182,13 +187,13 @@ mod tests {
             std::fs::write(path, text).unwrap();
         }
         // Of programs 0x13 is of nobody, of modules 0x22.
-        let left = run(&home, "mine", &[&digest(0x11)]);
+        let kept = run(&home, "mine", &[&digest(0x11)]);
         let want = [0x11, 0x12, 0x14, 0x21, 0x23].map(digest);
-        assert_eq!(left[..5], want);
-        assert_eq!(left[5..], ["by hand"]);
+        assert_eq!(kept[..5], want);
+        assert_eq!(kept[5..], ["by hand"]);
         // Another home needs none of it, and its end takes nothing away.
-        assert_eq!(run(&home, "other", &[&digest(0x99)]), left);
-        assert_eq!(run(&home, "other", &[]), left);
+        assert_eq!(run(&home, "other", &[&digest(0x99)]), kept);
+        assert_eq!(run(&home, "other", &[]), kept);
         // A new version takes the place of the old one.
         let newer = run(&home, "mine", &[&digest(0x14)]);
         assert!(!newer.contains(&digest(0x11)) && newer.contains(&digest(0x14)));
@@ -213,9 +218,9 @@ mod tests {
         for ledger in ["services/arm.json", "state/arm/node-spec.2.json"] {
             std::fs::create_dir_all(home.join(ledger)).unwrap();
             let said = answer("", home, Claim::End("mine"));
-            let why = parse(&said).unwrap_err();
+            let told = parse(&said).unwrap().told.join(" ");
             assert!(
-                why.contains(ledger) && why.ends_with("nothing was removed"),
+                told.contains(ledger) && told.ends_with("no copy was removed"),
                 "{said}"
             );
             assert_eq!(left(home), [digest(0x11)]);
@@ -235,14 +240,15 @@ mod tests {
         let said = answer("", home, Claim::Keep("mine", &[&own]));
         let collected = parse(&said).unwrap();
         assert_eq!(collected.removed, 1);
-        assert!(collected.unleased.is_some(), "{said}");
+        assert_eq!(collected.told.len(), 1, "{said}");
         assert_eq!(left(home), [own.as_str()], "what the caller needs stays");
         // As on a full disk, where there is room once something has gone.
         put(home, "programs", 0x12, Duration::ZERO);
-        let before = r#"rm() { if [ "$1" = -rf ]; then command rm -f "$h/leases"; fi; command rm "$@"; }; "#;
+        let before =
+            r#"rm() { if [ "$1" = -rf ]; then command rm -f "$h/leases"; fi; command rm "$@"; }; "#;
         let said = answer(before, home, Claim::Keep("mine", &[&own]));
         let collected = parse(&said).unwrap();
-        assert_eq!((collected.removed, collected.unleased), (1, None), "{said}");
+        assert_eq!((collected.removed, collected.told.len()), (1, 0), "{said}");
         let lease = std::fs::read_to_string(home.join("leases/mine")).unwrap();
         assert_eq!(lease.trim(), own);
     }
@@ -251,17 +257,25 @@ mod tests {
     fn who_names_a_copy_while_it_is_being_removed_gets_it_back() {
         let home = tempfile::tempdir().unwrap();
         let home = home.path();
-        put(home, "programs", 0x11, Duration::ZERO);
-        put(home, "programs", 0x12, Duration::ZERO);
+        let day = Duration::from_secs(24 * 3600);
+        put(home, "programs", 0x11, day);
+        put(home, "programs", 0x12, day);
         // Somebody else writes a lease after all were read.
         let before = r#"mv() { mkdir -p "$h/leases"; echo "$NAMED" >"$h/leases/other"; command mv "$@"; }; "#;
         let before = format!("NAMED={}; {before}", digest(0x11));
         let said = answer(&before, home, Claim::End("mine"));
         assert_eq!(parse(&said).unwrap().removed, 1, "{said}");
         assert_eq!(left(home), [digest(0x11)]);
-        assert!(home.join("programs").join(digest(0x11)).join("file").exists());
+        assert!(
+            home.join("programs")
+                .join(digest(0x11))
+                .join("file")
+                .exists()
+        );
         // What a clean-up that was killed has left goes with the next one.
-        let killed = home.join("programs").join(format!("{}.gone.999999999", digest(0x13)));
+        let killed = home
+            .join("programs")
+            .join(format!("{}.gone.999999999", digest(0x13)));
         std::fs::create_dir(&killed).unwrap();
         answer("", home, Claim::Keep("mine", &[]));
         assert!(!killed.exists());
