@@ -15,6 +15,8 @@ pub mod bootstrap;
 #[cfg(feature = "session")]
 mod child;
 #[cfg(feature = "session")]
+mod control;
+#[cfg(feature = "session")]
 mod copies;
 mod destination;
 #[cfg(feature = "session")]

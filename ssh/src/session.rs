@@ -28,7 +28,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Logs in. `control_folder` is a folder of this user in which the connection's socket may lie.
+    /// Logs in. `control_folder` is a folder of this user in which the connection's socket may lie. What sessions have left there that
+    /// were killed is removed.
     pub async fn open(destination: &Destination, control_folder: &Path) -> Result<Self, SshError> {
         destination.check().map_err(SshError::Destination)?;
         let master = Master::start(destination, control_folder).await?;

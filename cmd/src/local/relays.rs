@@ -23,7 +23,7 @@ use crate::session::Session;
 /// Longest wait for a session that is being opened again of a node that a command is about.
 const SESSION: Duration = Duration::from_secs(130);
 /// The same of any other node: what needs it waits until the deadline of its command.
-const LOOK: Duration = Duration::from_secs(8);
+const LOOK: Duration = Duration::from_secs(3);
 /// Longest wait for what the controller knows.
 const ASK: Duration = Duration::from_secs(10);
 /// Longest orderly end of a relay, and of one that was killed.

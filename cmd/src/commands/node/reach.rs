@@ -49,6 +49,15 @@ impl ReachArgs {
     }
 }
 
+/// Where the socket of a session lies: in the home of this machine, if there is one, which no other account can read.
+pub fn control_folder(home: &Home) -> PathBuf {
+    let run = home.run();
+    match rts_host::home::is_claimed(&run) {
+        true => run,
+        false => std::env::temp_dir(),
+    }
+}
+
 /// The name of the node: what the user said, else the name that the machine has for itself.
 pub fn node_name(said: Option<String>, survey: &Survey) -> Result<String, CliError> {
     let own = || survey.node.split('.').next().unwrap_or_default().to_owned();

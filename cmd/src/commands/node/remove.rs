@@ -6,6 +6,7 @@ use rts_controller_api::ClientError;
 use rts_host::error::chain;
 use rts_ssh::{Claim, Destination, Session as Ssh};
 
+use super::reach::control_folder;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
@@ -70,7 +71,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
 /// Ends the lease of the node's copies over there; the machine may be gone for good.
 async fn collect(session: &Session, node: &str, machine: &Destination) -> Result<(), String> {
     let work = async {
-        let ssh = Ssh::open(machine, &std::env::temp_dir()).await?;
+        let ssh = Ssh::open(machine, &control_folder(&session.home)).await?;
         let home = ssh.survey().await?.rtsctl_home();
         let lease = rts_relay::lease(session.home.path(), node);
         let collected = ssh.collect(&home, Claim::End(&lease)).await;
