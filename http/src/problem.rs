@@ -28,7 +28,8 @@ pub struct Problem {
     pub retryable: bool,
     /// The node that is the cause, where one is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub node: Option<String>,
+    #[schema(value_type = Option<String>)]
+    pub node: Option<Box<str>>,
 }
 
 /// One fault.
@@ -106,7 +107,7 @@ impl Problem {
     /// The same problem with the node that is its cause.
     #[must_use]
     pub fn of_node(mut self, node: &str) -> Self {
-        self.node = Some(node.to_owned());
+        self.node = Some(node.into());
         self
     }
 }

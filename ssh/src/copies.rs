@@ -8,6 +8,7 @@
 use sha2::{Digest, Sha256};
 
 use crate::answer::tame;
+use crate::collected::Collected;
 use crate::error::SshError;
 use crate::session::Session;
 
@@ -28,9 +29,6 @@ pub fn lease_name(machine: &str, home: &str, node: &str) -> String {
     name
 }
 
-/// Most sentences that are taken.
-const MAX_TOLD: usize = 4;
-
 /// Where a lease lies in a home there.
 pub(crate) fn place(home: &str, lease: &str) -> String {
     format!("{}/leases/{lease}", home.trim_end_matches('/'))
@@ -45,15 +43,6 @@ pub enum Claim<'a> {
     End(&'a str),
     /// The service and the ledger of this node keep nothing any more: they are about to be removed.
     Leave(&'a str),
-}
-
-/// What came of it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Collected {
-    /// How many digests were removed.
-    pub removed: usize,
-    /// What did not work, in sentences: that nothing was removed, or that the lease could not be written.
-    pub told: Vec<String>,
 }
 
 impl Claim<'_> {
@@ -78,7 +67,7 @@ pub(crate) async fn collect(
     let ran = session
         .run_with(what, SCRIPT, &[home, lease, verb, node], list.as_bytes())
         .await?;
-    parse(&String::from_utf8_lossy(&ran.out)).ok_or_else(|| SshError::Answer {
+    Collected::parse(&ran.out).ok_or_else(|| SshError::Answer {
         host: session.host().to_owned(),
         what: what.to_owned(),
         said: tame(&format!(
@@ -87,21 +76,6 @@ pub(crate) async fn collect(
             ran.err
         )),
     })
-}
-
-/// Reads the answer; none for half of one.
-fn parse(answer: &str) -> Option<Collected> {
-    let mut collected = Collected::default();
-    for line in answer.lines() {
-        match line.split_once(' ') {
-            Some(("gone", _)) => collected.removed += 1,
-            Some(("told", said)) if collected.told.len() < MAX_TOLD => {
-                collected.told.push(tame(said));
-            }
-            _ => {}
-        }
-    }
-    (answer.lines().last() == Some("done")).then_some(collected)
 }
 
 #[cfg(test)]
@@ -148,7 +122,10 @@ mod tests {
             keep => Claim::Keep(lease, keep),
         };
         let said = answer("", home, claim);
-        assert!(parse(&said).unwrap().told.is_empty(), "{said}");
+        assert!(
+            Collected::parse(said.as_bytes()).unwrap().told.is_empty(),
+            "{said}"
+        );
         left(home)
     }
 
@@ -218,7 +195,7 @@ mod tests {
         for ledger in ["services/arm.json", "state/arm/node-spec.2.json"] {
             std::fs::create_dir_all(home.join(ledger)).unwrap();
             let said = answer("", home, Claim::End("mine"));
-            let told = parse(&said).unwrap().told.join(" ");
+            let told = Collected::parse(said.as_bytes()).unwrap().told.join(" ");
             assert!(
                 told.contains(ledger) && told.ends_with("no copy was removed"),
                 "{said}"
@@ -238,7 +215,7 @@ mod tests {
         let own = digest(0x11);
         std::fs::write(home.join("leases"), "in the way").unwrap();
         let said = answer("", home, Claim::Keep("mine", &[&own]));
-        let collected = parse(&said).unwrap();
+        let collected = Collected::parse(said.as_bytes()).unwrap();
         assert_eq!(collected.removed, 1);
         assert_eq!(collected.told.len(), 1, "{said}");
         assert_eq!(left(home), [own.as_str()], "what the caller needs stays");
@@ -247,7 +224,7 @@ mod tests {
         let before =
             r#"rm() { if [ "$1" = -rf ]; then command rm -f "$h/leases"; fi; command rm "$@"; }; "#;
         let said = answer(before, home, Claim::Keep("mine", &[&own]));
-        let collected = parse(&said).unwrap();
+        let collected = Collected::parse(said.as_bytes()).unwrap();
         assert_eq!((collected.removed, collected.told.len()), (1, 0), "{said}");
         let lease = std::fs::read_to_string(home.join("leases/mine")).unwrap();
         assert_eq!(lease.trim(), own);
@@ -264,7 +241,11 @@ mod tests {
         let before = r#"mv() { mkdir -p "$h/leases"; echo "$NAMED" >"$h/leases/other"; command mv "$@"; }; "#;
         let before = format!("NAMED={}; {before}", digest(0x11));
         let said = answer(&before, home, Claim::End("mine"));
-        assert_eq!(parse(&said).unwrap().removed, 1, "{said}");
+        assert_eq!(
+            Collected::parse(said.as_bytes()).unwrap().removed,
+            1,
+            "{said}"
+        );
         assert_eq!(left(home), [digest(0x11)]);
         assert!(
             home.join("programs")

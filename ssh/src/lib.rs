@@ -14,6 +14,7 @@ mod answer;
 pub mod bootstrap;
 #[cfg(feature = "session")]
 mod child;
+mod collected;
 #[cfg(feature = "session")]
 mod control;
 #[cfg(feature = "session")]
@@ -37,8 +38,9 @@ mod survey;
 
 #[cfg(feature = "session")]
 pub use child::Child;
+pub use collected::Collected;
 #[cfg(feature = "session")]
-pub use copies::{Claim, Collected, lease_name};
+pub use copies::{Claim, lease_name};
 pub use destination::{Destination, HostKeys};
 pub use error::{Kind, SshError};
 pub use machine::machine_of;

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use crate::answer::tame;
 use crate::child::Child;
-use crate::copies::{self, Claim, Collected};
+use crate::collected::Collected;
+use crate::copies::{self, Claim};
 use crate::destination::Destination;
 use crate::error::SshError;
 use crate::master::Master;

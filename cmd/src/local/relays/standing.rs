@@ -94,14 +94,14 @@ pub fn given_up(nodes: &[String]) -> Option<LocalError> {
 
 /// What a refusal comes from that names a node which is not reached.
 pub fn cause(refusal: &ClientError) -> Option<LocalError> {
-    away(blamed(refusal)?)
+    away(&blamed(refusal)?)
 }
 
 /// The node that is the cause of a refusal, if it may be another one in a moment.
-fn blamed(refusal: &ClientError) -> Option<&[String]> {
+fn blamed(refusal: &ClientError) -> Option<[String; 1]> {
     match refusal {
         ClientError::Problem(problem) if problem.retryable => {
-            problem.node.as_ref().map(std::slice::from_ref)
+            Some([problem.node.as_deref()?.to_owned()])
         }
         _ => None,
     }
@@ -153,7 +153,7 @@ pub async fn despite_loss<T>(
     loop {
         match ask().await {
             Err(e)
-                if blamed(&e).is_some_and(|node| patience.with(node))
+                if blamed(&e).is_some_and(|node| patience.with(&node))
                     && Instant::now() < deadline =>
             {
                 tokio::time::sleep(PAUSE).await;
