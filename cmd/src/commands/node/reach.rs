@@ -49,11 +49,11 @@ impl ReachArgs {
     }
 }
 
-/// Where the socket of a session lies: in the home of this machine, if there is one, which no other account can read.
+/// Where the socket of a session lies: in the run folder of the home, if it is that of a stack of this machine. What is there of an agent
+/// alone may be what is to be removed, by a session with this very machine.
 pub fn control_folder(home: &Home) -> PathBuf {
-    let run = home.run();
-    match rts_host::home::is_claimed(&run) {
-        true => run,
+    match home.controller_lock().exists() {
+        true => home.run(),
         false => std::env::temp_dir(),
     }
 }
