@@ -440,6 +440,7 @@ struct Readiness {
 
 #[cfg(test)]
 mod tests {
+    use super::super::standing::{away, given_up};
     use super::*;
     use tokio::io::AsyncWriteExt;
     use tokio::net::UnixListener;
@@ -503,14 +504,22 @@ mod tests {
         let (reached, stream) = tokio::join!(waker.connect(&socket), says(&both));
         assert_eq!(reached.unwrap().unwrap().0, Standing::Up { resident: true });
         drop(stream);
+
+        // One that is not made again in time is held all the same: who needs it waits for it.
+        std::fs::rename(&socket, waker.home.relay_socket("arm")).unwrap();
         let only = [lost];
-        let (late, _stream) = tokio::join!(waker.connect(&socket), says(&only));
-        let (standing, _states) = late.unwrap().unwrap();
-        let Standing::Lost { reason, .. } = standing else {
-            panic!("{standing:?}");
-        };
-        let late = waker.late(&reason).to_string();
+        let (late, mut stream) = tokio::join!(waker.wake(), says(&only));
+        let late = late.err().unwrap().to_string();
         assert!(late.ends_with("not made again within 8 s: cut"), "{late}");
+        let arm = ["arm".to_owned()];
+        assert!(away(&arm).is_some() && given_up(&arm).is_none());
+        stream
+            .write_all(b"{\"state\":\"up\",\"resident\":true}\n")
+            .await
+            .unwrap();
+        while away(&arm).is_some() {
+            tokio::time::sleep(PAUSE).await;
+        }
     }
 
     #[test]
