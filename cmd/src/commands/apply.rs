@@ -167,6 +167,7 @@ async fn follow(
     {
         return converged(&result.system, &waiting, start.elapsed(), session);
     }
+    let goes_on = goes_on(&name, &result.system.status.nodes);
     let wait = wait(
         result.system,
         start + timeout,
@@ -174,7 +175,7 @@ async fn follow(
         session.out,
         |_| (),
     );
-    let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
+    let (system, verdict) = or_interrupted(wait, session, &goes_on).await?;
     match verdict {
         // What was stored a moment ago was only not looked at yet.
         Verdict::Converged(waiting) if unchanged && waiting.is_empty() => no_changes(session),
@@ -192,6 +193,7 @@ async fn follow(
                 system: name,
                 goal: "converged",
                 seconds: timeout.as_secs_f64(),
+                nodes: system.status.nodes.into(),
             })
         }
     }

@@ -53,8 +53,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
     let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
+    let goes_on = goes_on(name, &deleted.status.nodes);
     let wait = wait(deleted, start + args.timeout, &controller, session);
-    match or_interrupted(wait, session, &goes_on(name)).await? {
+    match or_interrupted(wait, session, &goes_on).await? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
             let text = match args.forget_node.as_slice() {
@@ -85,6 +86,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
                 system: name.clone(),
                 goal: "gone",
                 seconds: args.timeout.as_secs_f64(),
+                nodes: system.status.nodes.into(),
             })
         }
     }

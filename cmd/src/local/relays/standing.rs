@@ -66,13 +66,14 @@ pub(super) fn note(node: &str, standing: Standing) {
     all().insert(node.to_owned(), standing);
 }
 
-/// Nodes of this process that nothing heals between commands.
-pub fn on_demand() -> Vec<String> {
+/// Those of these nodes that nothing heals between commands.
+pub fn on_demand(nodes: &[String]) -> Vec<String> {
     let held = all();
-    let alone = held
-        .iter()
-        .filter(|(_, standing)| **standing != Standing::Up { resident: true });
-    alone.map(|(node, _)| node.clone()).collect()
+    let alone = |node: &&String| {
+        let standing = held.get(*node);
+        standing.is_some_and(|standing| *standing != Standing::Up { resident: true })
+    };
+    nodes.iter().filter(alone).cloned().collect()
 }
 
 /// Why the first of these nodes is not reached of which that is so, be it reached again or given up.
