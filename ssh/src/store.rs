@@ -274,3 +274,54 @@ fn failed(session: &Session, what: &str, said: &str) -> SshError {
         said: said.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, SystemTime};
+
+    /// What the script says here of one file.
+    fn need(words: &[&str], file: &str) -> String {
+        use std::io::Write;
+        let mut sh = Command::new("/bin/sh")
+            .args(["-c", NEED, "sh"])
+            .args(words)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = sh.stdin.take().unwrap();
+        writeln!(stdin, "{file}").unwrap();
+        drop(stdin);
+        let out = sh.wait_with_output().unwrap();
+        let said = String::from_utf8(out.stdout).unwrap();
+        said.lines().next().unwrap_or_default().to_owned()
+    }
+
+    #[test]
+    fn a_look_touches_nothing_and_what_is_to_be_copied_has_a_lease_first() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("programs/abc");
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("file"), "x").unwrap();
+        let old = SystemTime::now() - Duration::from_secs(3600);
+        let opened = std::fs::File::open(&folder).unwrap();
+        opened.set_modified(old).unwrap();
+        let used = || opened.metadata().unwrap().modified().unwrap();
+        let path = |name: &str| home.path().join(name).display().to_string();
+        let (root, lease) = (path("programs"), path("leases/mine"));
+        assert_eq!(need(&[&root, "", ""], "abc 1 file"), "have");
+        assert_eq!(used(), old);
+        assert_eq!(need(&[&root, "make", ""], "abc 2 file"), "need");
+        assert!(used() > old);
+        assert!(!home.path().join("leases").exists());
+        let words = [root.as_str(), "make", &lease, "abc", "def"];
+        assert_eq!(need(&words, "abc 1 file"), "have");
+        assert_eq!(std::fs::read_to_string(&lease).unwrap(), "abc def\n");
+        // Without space for it the files count all the same.
+        std::fs::remove_dir_all(home.path().join("leases")).unwrap();
+        std::fs::write(home.path().join("leases"), "in the way").unwrap();
+        assert_eq!(need(&words, "abc 1 file"), "have");
+    }
+}
