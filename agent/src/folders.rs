@@ -186,7 +186,7 @@ pub(crate) fn folder_id(key: &ManagerKey) -> String {
     hash.update(key.display_name());
     hash.update([0]);
     hash.update(uid);
-    let mut id = hex(&hash.finalize());
+    let mut id = format!("{:x}", hash.finalize());
     id.truncate(ID_DIGITS);
     id
 }

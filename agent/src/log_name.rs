@@ -2,8 +2,6 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::folders::hex;
-
 /// Longest file name that is made, in bytes; leaves room for `.log.1`.
 const MAX: usize = 200;
 /// Hexadecimal digits of the hash that ends a name that was cut.
@@ -28,7 +26,7 @@ pub(crate) fn log_name(name: &str) -> String {
         return "%".to_owned();
     }
     if file.len() > MAX {
-        let hash = hex(&Sha256::digest(name));
+        let hash = format!("{:x}", Sha256::digest(name));
         file.truncate(file.floor_char_boundary(MAX - HASH_DIGITS - 1));
         file.push('%');
         file.push_str(&hash[..HASH_DIGITS]);

@@ -136,6 +136,8 @@ pub enum CliError {
         target: Option<String>,
         /// What becomes of that.
         rest: Rest,
+        /// Nodes that it lies on.
+        nodes: Box<[String]>,
     },
     /// Somebody took it down while it was waited for.
     #[error("system/{system} was taken down by another command")]
@@ -152,6 +154,8 @@ pub enum CliError {
         goal: &'static str,
         /// How long it was waited for.
         seconds: f64,
+        /// Nodes that it lies on.
+        nodes: Box<[String]>,
     },
     /// Something about a port or its samples.
     #[error("{message}")]
@@ -264,6 +268,14 @@ impl CliError {
                 _ => None,
             },
             _ => None,
+        }
+    }
+
+    /// Nodes of the system that the error is about, where it is about one.
+    pub fn nodes(&self) -> &[String] {
+        match self {
+            CliError::Partly { nodes, .. } | CliError::Deadline { nodes, .. } => nodes,
+            _ => &[],
         }
     }
 

@@ -67,7 +67,7 @@ impl Session {
             false => Vec::new(),
         };
         let what = match lacking.as_slice() {
-            [] => return error.help_on_demand(&relays::on_demand()),
+            [] => return error.help_on_demand(&relays::on_demand(error.nodes())),
             [node] => format!("the agent of this machine (node {node}) does not run"),
             nodes => format!(
                 "agents of this machine (nodes {}) do not run",

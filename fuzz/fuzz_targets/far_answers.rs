@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rts_ssh::Survey;
+use rts_ssh::{Collected, Survey};
 use rts_ssh::bootstrap::Found;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -15,9 +15,12 @@ fuzz_target!(|bytes: &[u8]| {
     }
     if let Ok(found) = Found::parse(bytes) {
         let records = found.record.iter().flat_map(|record| record.digests());
-        for digest in records.chain(found.needed_elsewhere.iter().map(String::as_str)) {
+        for digest in records {
             assert!(digest.len() == 64 && digest.bytes().all(|b| b.is_ascii_hexdigit()), "{digest:?}");
         }
         assert!(found.managers.iter().all(|pid| *pid > 1));
+    }
+    if let Some(collected) = Collected::parse(bytes) {
+        assert!(collected.told.len() <= 4 && !collected.told.concat().chars().any(char::is_control));
     }
 });

@@ -26,6 +26,10 @@ pub struct Problem {
     /// The same request may succeed later.
     #[serde(default)]
     pub retryable: bool,
+    /// The node that is the cause, where one is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>)]
+    pub node: Option<Box<str>>,
 }
 
 /// One fault.
@@ -54,6 +58,7 @@ impl Problem {
             detail: detail.into(),
             errors: Vec::new(),
             retryable: matches!(status, 408 | 429 | 502 | 503 | 504),
+            node: None,
         }
     }
 
@@ -96,6 +101,13 @@ impl Problem {
     #[must_use]
     pub fn with_errors(mut self, errors: Vec<ProblemError>) -> Self {
         self.errors = errors;
+        self
+    }
+
+    /// The same problem with the node that is its cause.
+    #[must_use]
+    pub fn of_node(mut self, node: &str) -> Self {
+        self.node = Some(node.into());
         self
     }
 }

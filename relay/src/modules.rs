@@ -7,6 +7,8 @@ use rts_agent_api::messages::ModuleFile;
 use rts_bridge::Stream;
 use rts_bridge::modules::{Answer, Offer, answer, asked};
 use rts_ssh::machine_of;
+use tokio::runtime::Handle;
+use tokio::task::spawn_blocking;
 
 /// The folders of this machine, and the machine for which modules must be made.
 #[derive(Debug, Clone)]
@@ -28,7 +30,7 @@ impl Modules {
     pub async fn serve(self, stream: Stream) {
         let served = async {
             let (question, stream) = asked(stream).await?;
-            let (reply, path) = self.find(&question.type_name).await;
+            let (reply, path) = self.find(question.type_name).await;
             let sent = answer(stream, reply, &path).await?;
             if sent > 0 {
                 tracing::info!(bytes = sent, "sent module {}", path.display());
@@ -40,7 +42,17 @@ impl Modules {
         }
     }
 
-    async fn find(&self, type_name: &str) -> (Answer, PathBuf) {
+    /// On another thread: a file system that hangs must hold up no sign of life.
+    async fn find(self, type_name: String) -> (Answer, PathBuf) {
+        let runtime = Handle::current();
+        let found = spawn_blocking(move || runtime.block_on(self.find_here(&type_name)));
+        found.await.unwrap_or_else(|e| {
+            let error = e.to_string();
+            (Answer::Fails { error }, PathBuf::new())
+        })
+    }
+
+    async fn find_here(&self, type_name: &str) -> (Answer, PathBuf) {
         let nowhere = PathBuf::new();
         match self.finder.resolve(type_name).await {
             Ok(found) => match found.module {
@@ -106,7 +118,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let modules = Modules::new(&[folder.path().to_owned()], "aarch64");
         assert!(
-            matches!(modules.find("Sink").await.0, Answer::None { searched } if searched.len() == 2)
+            matches!(modules.find("Sink".to_owned()).await.0, Answer::None { searched } if searched.len() == 2)
         );
         std::fs::copy(
             std::env::current_exe().unwrap(),
@@ -114,11 +126,13 @@ mod tests {
         )
         .unwrap();
         let other = Modules::new(&[folder.path().to_owned()], "vax");
-        let Answer::None { searched } = other.find("Sink").await.0 else {
+        let Answer::None { searched } = other.find("Sink".to_owned()).await.0 else {
             panic!("a module of this machine was offered to a vax");
         };
         assert!(searched[0].contains("the node is vax"), "{searched:?}");
         let own = Modules::new(&[folder.path().to_owned()], std::env::consts::ARCH);
-        assert!(matches!(own.find("Sink").await.0, Answer::File(offer) if offer.is_sound()));
+        assert!(
+            matches!(own.find("Sink".to_owned()).await.0, Answer::File(offer) if offer.is_sound())
+        );
     }
 }

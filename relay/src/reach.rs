@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use rts_bridge::{Link, LinkError, pulse};
 use rts_host::error::chain;
-use rts_ssh::{Child, Kind, LocalFile, Session, SshError};
+use rts_ssh::{Child, Claim, Collected, Kind, LocalFile, Session, SshError};
 use tokio::io::{AsyncRead, ReadBuf};
 use tokio::time::timeout;
 
@@ -137,7 +137,8 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
     }
     let home = survey.rtsctl_home();
     let files = programs.map(LocalFile::program);
-    let stored = session.store(&files, &format!("{home}/programs")).await?;
+    let lease = config.lease();
+    let stored = session.store_programs(&files, &home, &lease).await?;
     if stored.sent_files() > 0 {
         tracing::info!(
             bytes = stored.sent_bytes(),
@@ -162,7 +163,6 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
         "--module-path",
         &installed,
     ];
-    let lease = config.lease();
     let keep: Vec<&str> = stored
         .files
         .iter()
@@ -171,11 +171,17 @@ pub(crate) async fn reach(config: &Config) -> Result<Reached, ReachError> {
     // What a component starts can be told to be of this home, wherever it goes.
     let (child, collected) = tokio::join!(
         session.spawn("env", &arguments),
-        timeout(COLLECT, session.collect(&home, &lease, &keep))
+        timeout(COLLECT, session.collect(&home, Claim::Keep(&lease, &keep)))
     );
     match collected {
-        Ok(Ok(0)) => {}
-        Ok(Ok(count)) => tracing::info!("removed {count} old copies over there"),
+        Ok(Ok(Collected { removed, told })) => {
+            if removed > 0 {
+                tracing::info!("removed {removed} old copies over there");
+            }
+            for why in told {
+                tracing::warn!("copies over there: {why}");
+            }
+        }
         Ok(Err(e)) => tracing::warn!("old copies stay over there: {}", chain(&e)),
         // The lease was written first. The next session goes on.
         Err(_) => tracing::warn!("removing old copies over there takes long: some may stay"),

@@ -22,8 +22,6 @@ use crate::reach::{ReachError, reach_first};
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Exit code of a command that needs the node.
 const UNREACHABLE: u8 = 4;
-/// Beginning of the names of folders for the sockets of sessions.
-const SESSIONS: &str = "ssh.";
 /// Between two tries for its lock.
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -75,7 +73,6 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
     let run = config.home.join("run").join(&config.node);
     files::private_folder(&run).map_err(in_file(&run))?;
     let _lock = lock(config).await?;
-    clean(&run);
     let description = config.description();
     let own = serde_json::to_vec(&Identity::own(env!("CARGO_PKG_VERSION")));
     let written = own
@@ -122,20 +119,6 @@ async fn serve_node(config: &Config) -> Result<(), RunError> {
         let _ = std::fs::remove_file(path);
     }
     served
-}
-
-/// Removes what the sessions of relays that were killed have left. The caller holds the lock: none of them lives.
-fn clean(run: &Path) {
-    let Ok(entries) = std::fs::read_dir(run) else {
-        return;
-    };
-    let names = entries.filter_map(|entry| Some(entry.ok()?.file_name()));
-    for name in names.filter(|name| name.as_encoded_bytes().starts_with(SESSIONS.as_bytes())) {
-        let folder = run.join(name);
-        if let Err(e) = std::fs::remove_dir_all(&folder) {
-            tracing::warn!("cannot remove {}: {e}", folder.display());
-        }
-    }
 }
 
 /// One relay a node. The one before may just be ending.

@@ -17,10 +17,12 @@ const MAX_PRELUDE: u64 = 1024 * 1024;
 /// Most bytes of a complaint.
 const MAX_COMPLAINT: u64 = 64 * 1024;
 
-/// A program must be there and be one; then it takes the place of the shell.
+/// A program must be there and be one; then it takes the place of the shell. One that a clean-up has just taken away, and that is named
+/// by a lease, is put back in a moment.
 const SCRIPT: &str = r#"
 case "$1" in
 */*)
+  if [ ! -e "$1" ]; then sleep 1; fi;
   if [ ! -e "$1" ]; then echo missing; exit 127; fi;
   if [ ! -x "$1" ]; then echo not-permitted; exit 126; fi;;
 *)

@@ -14,6 +14,9 @@ mod answer;
 pub mod bootstrap;
 #[cfg(feature = "session")]
 mod child;
+mod collected;
+#[cfg(feature = "session")]
+mod control;
 #[cfg(feature = "session")]
 mod copies;
 mod destination;
@@ -35,8 +38,9 @@ mod survey;
 
 #[cfg(feature = "session")]
 pub use child::Child;
+pub use collected::Collected;
 #[cfg(feature = "session")]
-pub use copies::lease_name;
+pub use copies::{Claim, lease_name};
 pub use destination::{Destination, HostKeys};
 pub use error::{Kind, SshError};
 pub use machine::machine_of;

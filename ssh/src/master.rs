@@ -12,6 +12,7 @@ use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::{oneshot, watch};
 
 use crate::answer::after_mark;
+use crate::control::Folder;
 use crate::destination::{Destination, plain};
 use crate::diagnose::{instead, refusal};
 use crate::error::SshError;
@@ -30,8 +31,6 @@ const GRACE: Duration = Duration::from_secs(2);
 const MAX_LINE: u64 = 16 * 1024;
 /// Most bytes that the start-up files of a shell may print.
 const MAX_PRELUDE: u64 = 1024 * 1024;
-/// Longest path of a Unix socket on Linux, and what `ssh` puts behind a path for a moment.
-const MAX_SOCKET: usize = 107 - 18;
 
 /// The process.
 #[derive(Debug)]
@@ -41,15 +40,15 @@ pub(crate) struct Master {
     ended: watch::Receiver<bool>,
     stop: Option<oneshot::Sender<()>>,
     watcher: tokio::task::JoinHandle<()>,
-    _folder: tempfile::TempDir,
+    _folder: Folder,
 }
 
 impl Master {
     /// Logs in; a command runs there when this returns.
     pub async fn start(destination: &Destination, folder: &Path) -> Result<Self, SshError> {
         let host = destination.to_string();
-        let folder = control_folder(folder)?;
-        let socket = folder.path().join("s");
+        let folder = Folder::make(folder)?;
+        let socket = folder.socket();
         let mark = mark();
         let mut child = command(destination, &socket, &mark)
             .spawn()
@@ -132,21 +131,6 @@ impl Drop for Master {
         // With the task goes the process: it is killed when it is dropped.
         self.watcher.abort();
     }
-}
-
-/// A private folder for the socket: below `folder`, unless paths would be too long there.
-fn control_folder(folder: &Path) -> Result<tempfile::TempDir, SshError> {
-    let long = folder.as_os_str().len() + "/ssh.XXXXXX/s".len() > MAX_SOCKET;
-    let folder = if long {
-        std::env::temp_dir()
-    } else {
-        folder.to_owned()
-    };
-    let made = tempfile::Builder::new().prefix("ssh.").tempdir_in(&folder);
-    made.map_err(|source| SshError::Folder {
-        path: folder,
-        source,
-    })
 }
 
 /// `ssh` with nothing of the user's settings that would disturb, nor ask.

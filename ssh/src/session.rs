@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use crate::answer::tame;
 use crate::child::Child;
-use crate::copies;
+use crate::collected::Collected;
+use crate::copies::{self, Claim};
 use crate::destination::Destination;
 use crate::error::SshError;
 use crate::master::Master;
@@ -28,7 +29,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Logs in. `control_folder` is a folder of this user in which the connection's socket may lie.
+    /// Logs in. `control_folder` is a folder of this user in which the connection's socket may lie. What sessions have left there that
+    /// were killed is removed.
     pub async fn open(destination: &Destination, control_folder: &Path) -> Result<Self, SshError> {
         destination.check().map_err(SshError::Destination)?;
         let master = Master::start(destination, control_folder).await?;
@@ -47,18 +49,28 @@ impl Session {
 
     /// Copies files below the folder `root` there, each to `<SHA-256>/<name>`; those that are there already are not sent.
     pub async fn store(&self, files: &[LocalFile], root: &str) -> Result<Stored, SshError> {
-        store::store(self, files, root).await
+        store::store(self, files, root, "").await
     }
 
-    /// Renews the lease of this name of the home there, which keeps the programs with these digests, and removes copies that nobody
-    /// needs. Without digests the lease ends. How many digests were removed.
-    pub async fn collect(&self, home: &str, lease: &str, keep: &[&str]) -> Result<usize, SshError> {
-        copies::collect(self, home, lease, keep).await
+    /// The same for programs of a home there. The lease of this name keeps them from before they are copied on.
+    pub async fn store_programs(
+        &self,
+        files: &[LocalFile],
+        home: &str,
+        lease: &str,
+    ) -> Result<Stored, SshError> {
+        let lease = copies::place(home, lease);
+        store::store(self, files, &format!("{home}/programs"), &lease).await
+    }
+
+    /// Removes the copies of a home there that nothing keeps once the claim was made.
+    pub async fn collect(&self, home: &str, claim: Claim<'_>) -> Result<Collected, SshError> {
+        copies::collect(self, home, claim).await
     }
 
     /// What [`Session::store`] would do: of the files that are not there, `sent` is said. Nothing is touched.
     pub async fn lacking(&self, files: &[LocalFile], root: &str) -> Result<Stored, SshError> {
-        Ok(store::look(self, files, root, false).await?.0)
+        Ok(store::look(self, files, root).await?.0)
     }
 
     /// Starts a program, whose streams belong to the caller.

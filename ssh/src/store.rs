@@ -106,21 +106,20 @@ pub fn digest_of(path: &Path) -> io::Result<(String, u64)> {
     loop {
         let read = file.read(&mut piece)?;
         if read == 0 {
-            return Ok((hex(hash), size));
+            return Ok((format!("{:x}", hash.finalize()), size));
         }
         hash.update(&piece[..read]);
         size += read as u64;
     }
 }
 
-pub(crate) fn hex(hash: Sha256) -> String {
-    use std::fmt::Write;
-    hash.finalize()
-        .iter()
-        .fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
+/// What is done besides looking.
+#[derive(Debug, Clone, Copy)]
+enum Make<'a> {
+    /// Nothing.
+    Nothing,
+    /// The folder, and a lease that names the files, unless its file has no name.
+    Folder(&'a str),
 }
 
 /// Looks which are there; those of which `sent` is said are not.
@@ -128,7 +127,15 @@ pub(crate) async fn look(
     session: &Session,
     files: &[LocalFile],
     root: &str,
-    make: bool,
+) -> Result<(Stored, Option<u64>), SshError> {
+    prepare(session, files, root, Make::Nothing).await
+}
+
+async fn prepare(
+    session: &Session,
+    files: &[LocalFile],
+    root: &str,
+    make: Make<'_>,
 ) -> Result<(Stored, Option<u64>), SshError> {
     if files.len() > MAX_FILES {
         let what = format!("take more than {MAX_FILES} files at once");
@@ -149,13 +156,14 @@ pub(crate) async fn look(
     Ok((Stored { files: stored }, free))
 }
 
-/// Copies what is not there yet.
+/// Copies what is not there yet. `lease` is the file of the lease that keeps it, or nothing.
 pub(crate) async fn store(
     session: &Session,
     files: &[LocalFile],
     root: &str,
+    lease: &str,
 ) -> Result<Stored, SshError> {
-    let (stored, free) = look(session, files, root, true).await?;
+    let (stored, free) = prepare(session, files, root, Make::Folder(lease)).await?;
     let needed = stored.sent_bytes();
     if free.is_some_and(|free| free < needed) {
         let (host, path) = (session.host().to_owned(), root.to_owned());
@@ -210,20 +218,25 @@ async fn note_needed(
     session: &Session,
     files: &mut [StoredFile],
     root: &str,
-    make: bool,
+    make: Make<'_>,
 ) -> Result<Option<u64>, SshError> {
     let list: String = files
         .iter()
         .map(|f| format!("{} {} {}\n", f.digest, f.size, f.name))
         .collect();
+    let digests: Vec<String> = files.iter().map(|file| file.digest.clone()).collect();
+    let mut words = vec![root];
+    match make {
+        Make::Nothing => words.extend(["", ""]),
+        Make::Folder("") => words.extend(["make", ""]),
+        Make::Folder(lease) => {
+            words.extend(["make", lease]);
+            words.extend(digests.iter().map(String::as_str));
+        }
+    }
     let what = "which files are there";
     let ran = session
-        .run_with(
-            what,
-            NEED,
-            &[root, if make { "make" } else { "" }],
-            list.as_bytes(),
-        )
+        .run_with(what, NEED, &words, list.as_bytes())
         .await?;
     let answer = String::from_utf8_lossy(&ran.out).into_owned();
     let mut lines = answer.lines();
@@ -259,5 +272,56 @@ fn failed(session: &Session, what: &str, said: &str) -> SshError {
         host: session.host().to_owned(),
         what: what.to_owned(),
         said: said.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, SystemTime};
+
+    /// What the script says here of one file.
+    fn need(words: &[&str], file: &str) -> String {
+        use std::io::Write;
+        let mut sh = Command::new("/bin/sh")
+            .args(["-c", NEED, "sh"])
+            .args(words)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = sh.stdin.take().unwrap();
+        writeln!(stdin, "{file}").unwrap();
+        drop(stdin);
+        let out = sh.wait_with_output().unwrap();
+        let said = String::from_utf8(out.stdout).unwrap();
+        said.lines().next().unwrap_or_default().to_owned()
+    }
+
+    #[test]
+    fn a_look_touches_nothing_and_what_is_to_be_copied_has_a_lease_first() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("programs/abc");
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("file"), "x").unwrap();
+        let old = SystemTime::now() - Duration::from_secs(3600);
+        let opened = std::fs::File::open(&folder).unwrap();
+        opened.set_modified(old).unwrap();
+        let used = || opened.metadata().unwrap().modified().unwrap();
+        let path = |name: &str| home.path().join(name).display().to_string();
+        let (root, lease) = (path("programs"), path("leases/mine"));
+        assert_eq!(need(&[&root, "", ""], "abc 1 file"), "have");
+        assert_eq!(used(), old);
+        assert_eq!(need(&[&root, "make", ""], "abc 2 file"), "need");
+        assert!(used() > old);
+        assert!(!home.path().join("leases").exists());
+        let words = [root.as_str(), "make", &lease, "abc", "def"];
+        assert_eq!(need(&words, "abc 1 file"), "have");
+        assert_eq!(std::fs::read_to_string(&lease).unwrap(), "abc def\n");
+        // Without space for it the files count all the same.
+        std::fs::remove_dir_all(home.path().join("leases")).unwrap();
+        std::fs::write(home.path().join("leases"), "in the way").unwrap();
+        assert_eq!(need(&words, "abc 1 file"), "have");
     }
 }

@@ -155,7 +155,7 @@ impl Asked {
             left -= got as u64;
         }
         file.flush().await?;
-        let got = hex(&hash.finalize());
+        let got = format!("{:x}", hash.finalize());
         if got != offer.digest {
             let wrong = format!(
                 "the module {} changed while it was sent: it has digest {got}, and {} was said",
@@ -220,10 +220,6 @@ async fn line<T: serde::de::DeserializeOwned>(
 ) -> Result<T, ModuleError> {
     let read = timeout(PAUSE, hello::read(from)).await;
     Ok(read.map_err(|_| ModuleError::Late)??)
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -103,6 +103,11 @@ impl Files {
                 failed: false,
             }),
         };
+        if let Some((number, sealed)) = &held {
+            // An agent of before may have left the other one shorter.
+            let mut state = files.state.lock().await;
+            files.make_room(&mut state, *number, sealed).await;
+        }
         Ok((files, held))
     }
 

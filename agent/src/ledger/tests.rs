@@ -227,6 +227,7 @@ async fn what_was_accepted_survives_a_restart_and_damage_is_reported() {
     let text = std::fs::read_to_string(&path).unwrap();
     let damage = async |text: &str| {
         std::fs::write(&path, text).unwrap();
+        std::fs::write(&newer, "{").unwrap();
         load().await.err().unwrap().to_string()
     };
     let error = damage(&text.replace("uid-hello", "uid-other")).await;
@@ -291,6 +292,23 @@ async fn what_takes_a_system_down_is_written_where_there_is_room_already() {
         let now = lengths();
         assert_eq!(now[0], now[1], "{generation}");
         assert!(now[0] > 0 && (generation < 2 || now[0] > 16 * 1024));
+    }
+    // An agent of before knew one file only, or left the other one shorter.
+    let (before, held) = (lengths(), ledger.held().cloned());
+    for shorter in [None, Some(16 * 1024)] {
+        let paths = FILES.map(|name| folder.path().join(name));
+        let texts = paths.each_ref().map(|path| std::fs::read(path).unwrap());
+        let older = usize::from(newest(&[&texts[0], &texts[1]]) == Some(&texts[0][..]));
+        match shorter {
+            None => std::fs::remove_file(&paths[older]).unwrap(),
+            Some(length) => {
+                let file = std::fs::File::options().write(true).open(&paths[older]);
+                file.unwrap().set_len(length).unwrap();
+            }
+        }
+        let again = Ledger::load("local", folder.path(), Arc::new(FileDisk)).await;
+        assert_eq!(lengths(), before);
+        assert_eq!(again.unwrap().held().cloned(), held);
     }
 }
 
@@ -391,7 +409,7 @@ const OLD: &str = r#"{"node":"local","systems":[{"system":{"name":"hello","uid":
 /// An envelope as the version before wrote it to its ledger.
 fn old_envelope(spec: &str) -> String {
     use sha2::{Digest, Sha256};
-    let digest = crate::folders::hex(&Sha256::digest(spec));
+    let digest = format!("{:x}", Sha256::digest(spec));
     format!(r#"{{"clusterUid":"a","epoch":1,"generation":3,"digest":"{digest}","spec":{spec}}}"#)
 }
 

@@ -72,18 +72,14 @@ pub fn written(
 /// SHA-256 over a JSON text without the blanks between its tokens, hexadecimal: whoever digests a spec writes it so,
 /// and a file is written for people too.
 pub fn digest(text: &RawValue) -> String {
-    hex(&compact(text.get()))
+    format!("{:x}", Sha256::digest(compact(text.get())))
 }
 
 /// SHA-256 over a number and all of an envelope, hexadecimal, whatever blanks are between its tokens.
 fn checksum(number: u64, envelope: &impl Serialize) -> serde_json::Result<String> {
     let text = compact(&serde_json::to_string(envelope)?);
-    Ok(hex(&format!("{number}\n{text}")))
-}
-
-fn hex(text: &str) -> String {
-    let digits = Sha256::digest(text);
-    digits.iter().map(|byte| format!("{byte:02x}")).collect()
+    let hash = Sha256::digest(format!("{number}\n{text}"));
+    Ok(format!("{hash:x}"))
 }
 
 /// A JSON text without the blanks between its tokens.

@@ -22,7 +22,7 @@ use crate::exit::Exit;
 use crate::follow::{Verdict, judge};
 use crate::input::{Input, InputArgs, Source};
 use crate::local::plural;
-use crate::local::relays::{self, despite_loss, while_reached};
+use crate::local::relays::{self, because, despite_loss};
 use crate::session::Session;
 use crate::show::plan::{self, PlanFormat};
 use crate::show::{progress, timings};
@@ -99,9 +99,7 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
     let deadline = start + args.timeout;
     let plan = match saved {
         Some(saved) => Some(saved.result()),
-        None if args.expect.is_any() => {
-            Some(while_reached(planned(&input, &controller, deadline)).await?)
-        }
+        None if args.expect.is_any() => Some(planned(&input, &controller, deadline).await?),
         // The answer to the apply tells it.
         None => None,
     };
@@ -110,7 +108,7 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
         expected(&args.expect, &input, plan, session)?;
     }
     let input = args.expect.added(input);
-    let result = while_reached(put(&input, &controller, deadline)).await?;
+    let result = put(&input, &controller, deadline).await?;
     accepted(
         &input,
         plan.as_ref().map_or(&result.plan, |plan| &plan.plan),
@@ -169,6 +167,7 @@ async fn follow(
     {
         return converged(&result.system, &waiting, start.elapsed(), session);
     }
+    let goes_on = goes_on(&name, &result.system.status.nodes);
     let wait = wait(
         result.system,
         start + timeout,
@@ -176,8 +175,7 @@ async fn follow(
         session.out,
         |_| (),
     );
-    let wait = while_reached(wait);
-    let (system, verdict) = or_interrupted(wait, session, &goes_on(&name)).await?;
+    let (system, verdict) = or_interrupted(wait, session, &goes_on).await?;
     match verdict {
         // What was stored a moment ago was only not looked at yet.
         Verdict::Converged(waiting) if unchanged && waiting.is_empty() => no_changes(session),
@@ -188,13 +186,14 @@ async fn follow(
         }
         Verdict::Unclear | Verdict::Going => {
             list_unfinished(&system, session);
-            if let Some(lost) = relays::lost() {
-                return Err(lost.into());
+            if let Some(away) = relays::away(&system.status.nodes) {
+                return Err(away.into());
             }
             Err(CliError::Deadline {
                 system: name,
                 goal: "converged",
                 seconds: timeout.as_secs_f64(),
+                nodes: system.status.nodes.into(),
             })
         }
     }
@@ -223,7 +222,7 @@ async fn planned(
     let what = format!("apply system/{}", input.request.spec.name);
     let planned = input.planned();
     let result = despite_loss(deadline, || controller.plan(&planned)).await;
-    result.map_err(input.failed(what))
+    result.map_err(because(input.failed(what)))
 }
 
 /// Nothing is left to do for what was applied last.

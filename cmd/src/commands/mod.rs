@@ -98,9 +98,9 @@ pub async fn while_read<T>(
     or_interrupted(print, session, "").await
 }
 
-/// What is said when the waiting for a system ends before the controller does.
-pub fn goes_on(system: &str) -> String {
-    let nodes = relays::on_demand();
+/// What is said when the waiting for a system that lies on these nodes ends before the controller does.
+pub fn goes_on(system: &str, nodes: &[String]) -> String {
+    let nodes = relays::on_demand(nodes);
     let until = match nodes.as_slice() {
         [] => String::new(),
         nodes => format!(

@@ -14,7 +14,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::follow::Follower;
 use crate::local::plural;
-use crate::local::relays::{self, Patience, while_reached};
+use crate::local::relays::{self, Patience};
 use crate::session::Session;
 use crate::show::progress::Progress;
 
@@ -53,8 +53,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
     let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
-    let wait = while_reached(wait(deleted, start + args.timeout, &controller, session));
-    match or_interrupted(wait, session, &goes_on(name)).await? {
+    let goes_on = goes_on(name, &deleted.status.nodes);
+    let wait = wait(deleted, start + args.timeout, &controller, session);
+    match or_interrupted(wait, session, &goes_on).await? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
             let text = match args.forget_node.as_slice() {
@@ -68,18 +69,24 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
             Ok(Exit::Ok)
         }
         Some(system) if !system.status.tombstones.is_empty() => {
-            out_of_reach(name, &system.status.tombstones, session);
-            Ok(Exit::Partly)
+            let silent = &system.status.tombstones;
+            let others = silent.iter().filter(|node| !relays::is_away(node));
+            out_of_reach(name, others, session);
+            match relays::away(silent) {
+                Some(away) => Err(away.into()),
+                None => Ok(Exit::Partly),
+            }
         }
         Some(system) => {
             list_unfinished(&system, session);
-            if let Some(lost) = relays::lost() {
-                return Err(lost.into());
+            if let Some(away) = relays::away(&system.status.nodes) {
+                return Err(away.into());
             }
             Err(CliError::Deadline {
                 system: name.clone(),
                 goal: "gone",
                 seconds: args.timeout.as_secs_f64(),
+                nodes: system.status.nodes.into(),
             })
         }
     }
@@ -109,7 +116,7 @@ async fn nodes_are_known(
 }
 
 /// Says which nodes could not be asked, and how to go on without them.
-fn out_of_reach(name: &str, nodes: &[String], session: &Session) {
+fn out_of_reach<'a>(name: &str, nodes: impl Iterator<Item = &'a String>, session: &Session) {
     let lacking = session.lacking();
     for node in nodes {
         let up = if lacking.contains(node) {
@@ -155,15 +162,15 @@ pub async fn wait(
         None => ControlFlow::Break(true),
         Some(system) => {
             progress.system(&system);
-            let silent = !system.status.tombstones.is_empty();
-            // A session that was lost is made anew, and then it goes on.
-            if patience.with(silent) || !silent {
-                since = None;
-            }
-            let reached =
-                silent && since.get_or_insert_with(Instant::now).elapsed() >= OUT_OF_REACH;
             last = system;
-            if reached {
+            let silent = &last.status.tombstones;
+            // A session that was lost is made anew, and then it goes on.
+            if patience.with(silent) || silent.is_empty() {
+                since = None;
+                return ControlFlow::Continue(());
+            }
+            let given_up = relays::given_up(silent).is_some();
+            if given_up || since.get_or_insert_with(Instant::now).elapsed() >= OUT_OF_REACH {
                 ControlFlow::Break(false)
             } else {
                 ControlFlow::Continue(())

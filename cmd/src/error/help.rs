@@ -167,6 +167,7 @@ mod tests {
             system: "hello".to_owned(),
             goal: "converged",
             seconds: 60.0,
+            nodes: Box::default(),
         };
         assert_eq!(deadline.help_on_demand(&[]), None);
         insta::assert_snapshot!(deadline.help_on_demand(&["arm".to_owned()]).unwrap(), @"node arm is reached by SSH: the controller goes on there only while a command needs it and as long as the session is kept after that, then nothing is tried until the next command. Mend the cause and apply again; see `rtsctl describe system/hello`");
@@ -175,6 +176,7 @@ mod tests {
             summary: String::new(),
             target: Some("component/A".to_owned()),
             rest,
+            nodes: Box::default(),
         };
         let tried = partly(Rest::Tried).help_on_demand(&["arm".to_owned(), "leg".to_owned()]);
         assert!(tried.unwrap().contains("nodes arm, leg are reached by SSH"));

@@ -11,19 +11,19 @@ use futures_util::future::join_all;
 use rts_controller_api::objects::{Component, Kind};
 
 use self::standing::holds;
-pub use self::standing::{Patience, despite_loss, lost, on_demand, while_reached};
+pub use self::standing::{Patience, away, because, despite_loss, given_up, is_away, on_demand};
 use self::wake::Waker;
 use super::home::Home;
 use super::nodes::{NodeSetup, Nodes};
-use super::up::{agents, module_path};
+use super::up::{agents, beside, module_path};
 use super::{LocalError, plural};
 use crate::error::CliError;
 use crate::session::Session;
 
-/// Longest wait of a command for a session that is being opened again.
+/// Longest wait for a session that is being opened again of a node that a command is about.
 const SESSION: Duration = Duration::from_secs(130);
-/// The same of a command that only looks.
-const LOOK: Duration = Duration::from_secs(8);
+/// The same of any other node: what needs it waits until the deadline of its command.
+const LOOK: Duration = Duration::from_secs(3);
 /// Longest wait for what the controller knows.
 const ASK: Duration = Duration::from_secs(10);
 /// Longest orderly end of a relay, and of one that was killed.
@@ -45,24 +45,17 @@ pub(super) async fn wake_all(
     wanted: &[NodeSetup],
     path: Option<&OsString>,
 ) -> Result<Reached, LocalError> {
-    wake_within(session, nodes, wanted, path, SESSION).await
-}
-
-async fn wake_within(
-    session: &Session,
-    nodes: &Nodes,
-    wanted: &[NodeSetup],
-    path: Option<&OsString>,
-    patience: Duration,
-) -> Result<Reached, LocalError> {
+    let is_wanted = |node: &NodeSetup| wanted.iter().any(|wanted| wanted.name == node.name);
+    let program = &beside("rts-relay")?;
     let asleep = nodes.by_ssh().filter(|node| !holds(&node.name));
     let reaching = asleep.map(|node| async move {
         let waker = Waker {
             home: session.home.clone(),
             out: session.out,
             node: node.clone(),
+            program: program.clone(),
             module_path: path.cloned(),
-            patience,
+            patience: if is_wanted(node) { SESSION } else { LOOK },
         };
         (node, waker.wake().await)
     });
@@ -79,7 +72,7 @@ async fn wake_within(
                     on_demand.push(node.name.as_str());
                 }
             }
-            Err(e) if wanted.iter().any(|wanted| wanted.name == node.name) => return Err(e),
+            Err(e) if is_wanted(node) => return Err(e),
             Err(e) => {
                 session
                     .out
@@ -117,12 +110,12 @@ pub async fn wake_for(session: &Session) -> Result<(), CliError> {
         return Ok(());
     }
     let path = module_path(None);
-    let mut reached = wake_within(session, &nodes, &[], path.as_ref(), LOOK).await?;
+    let mut reached = wake_all(session, &nodes, &[], path.as_ref()).await?;
     for node in nodes.all().iter().filter(|node| node.ssh.is_none()) {
         reached.nodes = reached.nodes.without(&node.name);
     }
     if reached.woken && reached.nodes.by_ssh().next().is_some() {
-        agents::wait_for(session, &reached.nodes, &[]).await?;
+        agents::wait_for(session, &reached.nodes, &[], &[]).await?;
     }
     Ok(())
 }

@@ -124,7 +124,7 @@ pub async fn ensure(session: &Session, wish: Wish) -> Result<Started, CliError> 
     let wanted = wish.nodes.as_slice();
     let reached = relays::wake_all(session, &nodes, wanted, module_path.as_ref()).await?;
     if !started.nothing() || reached.woken {
-        agents::wait_for(session, &reached.nodes, &started.agents).await?;
+        agents::wait_for(session, &reached.nodes, &started.agents, wanted).await?;
     }
     drop(lock);
     if !started.nothing() {

@@ -213,6 +213,9 @@ pub struct SystemStatus {
     /// left on all others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tombstones: Vec<String>,
+    /// Nodes that it lies on, or of which something of it may be left.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<String>,
     /// Number of components in the spec.
     #[serde(default)]
     pub components: u32,

@@ -301,7 +301,8 @@ fn sanitise(name: &str) -> String {
     }
     let mut near = names::manager_name(name).unwrap_or_else(|| "manager".to_owned());
     near.truncate(50);
-    format!("{near}-{}", &hex(Sha256::digest(name))[..8])
+    let hash = format!("{:x}", Sha256::digest(name));
+    format!("{near}-{}", &hash[..8])
 }
 
 /// Names the stand-ins, and what connectors say that they are not.
@@ -421,7 +422,9 @@ pub fn recreate_hash(
     let realtime = realtime.map(|realtime| json!({"realtime": realtime}));
     parts.extend(named.into_iter().chain(realtime));
     let text = serde_json::Value::from(parts).to_string();
-    hex(Sha256::digest(text))[..16].to_owned()
+    let mut hash = format!("{:x}", Sha256::digest(text));
+    hash.truncate(16);
+    hash
 }
 
 /// SHA-256 over the canonical JSON of a node's spec, hexadecimal: fields in the order of the type, maps sorted.
@@ -432,11 +435,7 @@ pub fn digest(spec: &NodeSpec) -> String {
 pub(crate) fn digest_of(part: &impl serde::Serialize) -> String {
     // Nothing in a NodeSpec can fail to become JSON: maps have text keys, and a rate that is not finite becomes null.
     let json = serde_json::to_vec(part).unwrap_or_default();
-    hex(Sha256::digest(json))
-}
-
-fn hex(bytes: impl AsRef<[u8]>) -> String {
-    bytes.as_ref().iter().map(|b| format!("{b:02x}")).collect()
+    format!("{:x}", Sha256::digest(json))
 }
 
 #[cfg(test)]

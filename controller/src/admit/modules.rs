@@ -269,7 +269,7 @@ fn agent(core: &Core, node: &str) -> Result<Session, Problem> {
         return Err(not_ready(node, "its agent sends no heartbeats"));
     }
     if let Some(why) = Standing::get(core, node).message(core, node) {
-        let mut problem = Problem::unavailable("node-not-ready", why);
+        let mut problem = Problem::unavailable("node-not-ready", why).of_node(node);
         problem.retryable = false;
         return Err(problem);
     }
@@ -281,6 +281,7 @@ fn not_ready(node: &str, why: &str) -> Problem {
         "node-not-ready",
         format!("node {node} is needed and not ready: {why}; try again once it is Ready"),
     )
+    .of_node(node)
 }
 
 /// Where a module was looked for.

@@ -53,6 +53,8 @@ pub struct Facts {
     pending: bool,
     /// Differences that the last plan found.
     pub differences: usize,
+    /// Nodes that it lies on now, or ever did; what was forgotten is not waited for.
+    nodes: Vec<String>,
     /// Some node that it runs on cannot be asked.
     pub silent: bool,
     /// Some node that it runs on was there a moment ago, and is not now.
@@ -87,6 +89,12 @@ impl Facts {
         }
         // Nothing but optional components is there: what is not known of it is no fault of the system.
         let idle = |node: &String| needed.get(node.as_str()) == Some(&false);
+        let ran = record.nodes.difference(&record.forgotten);
+        let nodes: BTreeSet<&str> = needed
+            .keys()
+            .copied()
+            .chain(ran.map(String::as_str))
+            .collect();
         let drift = of_system(&scene.drifts, record.name());
         let refused = world.unadopted.get(&record.uid).map(String::as_str);
         let mut facts = Self {
@@ -94,6 +102,7 @@ impl Facts {
                 let entry = scene.nodes.get(node);
                 !idle(node) && entry.is_some_and(NodeEntry::may_be_back)
             }),
+            nodes: nodes.into_iter().map(str::to_owned).collect(),
             silent: !record.nodes.iter().all(|node| known(node) || idle(node)),
             planned,
             pending: run.is_some() || (steps > 0 && !resting),
@@ -211,6 +220,7 @@ impl Facts {
             drift: [self.drift.clone(), made_by_hand(scene, record)].concat(),
             check_index: record.index,
             tombstones: tombstones(scene, record),
+            nodes: self.nodes.clone(),
             components: count(record.spec.components.len()),
             active: count(self.active),
             stand_ins: count(record.stand_ins.len()),

@@ -31,8 +31,8 @@ pub enum Change {
     },
     /// The plain process is started.
     StartProcess,
-    /// Programs and modules that nobody needs any more are removed: their digests.
-    Forget(Vec<String>),
+    /// Copies that nobody needs any more are removed, those of before among them.
+    Forget,
 }
 
 impl fmt::Display for Change {
@@ -50,8 +50,7 @@ impl fmt::Display for Change {
             Change::StartUnit { unit, again: true } => write!(f, "restart {unit}; managers go on"),
             Change::StartUnit { unit, again: false } => write!(f, "enable and start {unit}"),
             Change::StartProcess => f.write_str("start the agent as a process"),
-            Change::Forget(digests) if digests.len() == 1 => f.write_str("remove 1 file that nobody needs any more"),
-            Change::Forget(digests) => write!(f, "remove {} files that nobody needs any more", digests.len()),
+            Change::Forget => f.write_str("remove copies that nobody needs any more"),
         }
     }
 }
@@ -95,28 +94,11 @@ pub(super) fn changes(
         });
     }
     let needed: Vec<&str> = record.digests().collect();
-    let old = unneeded(before, found)
-        .into_iter()
-        .filter(|digest| !needed.contains(&digest.as_str()));
-    let old: Vec<String> = old.collect();
-    if !old.is_empty() {
-        changes.push(Change::Forget(old));
+    let mut of_before = before.iter().flat_map(|before| before.digests());
+    if of_before.any(|digest| !needed.contains(&digest)) {
+        changes.push(Change::Forget);
     }
     changes
-}
-
-/// Digests of an installation that no other one needs, each once.
-pub(super) fn unneeded(record: Option<&Record>, found: &Found) -> Vec<String> {
-    let digests = record
-        .iter()
-        .flat_map(|record| record.digests())
-        .map(str::to_owned);
-    let mut old: Vec<String> = digests
-        .filter(|digest| !found.needed_elsewhere.contains(digest))
-        .collect();
-    old.sort();
-    old.dedup();
-    old
 }
 
 #[cfg(test)]
@@ -197,16 +179,15 @@ mod tests {
         copy rts-agent (2.9 MiB) to /h/programs/new/rts-agent
         write /u/rtsctl-agent-arm.service
         restart rtsctl-agent-arm.service; managers go on
-        remove 1 file that nobody needs any more
+        remove copies that nobody needs any more
         ");
         let process = service(Keeper::Process);
-        let mut found = installed(&process, true);
-        found.needed_elsewhere.push("old".to_owned());
-        insta::assert_snapshot!(shown(&process, true, &found), @r"
+        insta::assert_snapshot!(shown(&process, true, &installed(&process, true)), @r"
         copy rts-agent (2.9 MiB) to /h/programs/new/rts-agent
         write /h/services/arm.sh
         stop the agent that runs (process 77); managers go on
         start the agent as a process
+        remove copies that nobody needs any more
         ");
     }
 

@@ -7,7 +7,7 @@ use crate::answer::tame;
 
 /// Longest answer that is looked at in bytes.
 const MAX_ANSWER: usize = 1024 * 1024;
-/// Most managers, and most records of other nodes.
+/// Most managers.
 const MAX_MANY: usize = 10_000;
 
 /// What an installation remembers of itself: `services/<node>.json`.
@@ -51,8 +51,8 @@ impl Record {
 pub struct Found {
     /// What an installation remembers.
     pub record: Option<Record>,
-    /// Digests that installations of other nodes need.
-    pub needed_elsewhere: Vec<String>,
+    /// There are installations of other nodes.
+    pub others: bool,
     /// Text of the file that starts it.
     pub file: Option<String>,
     /// Process and program of the agent that runs.
@@ -74,11 +74,7 @@ impl Found {
             let (word, value) = line.split_once(' ').unwrap_or((line, ""));
             match word {
                 "record" => found.record = record(value),
-                "other" if found.needed_elsewhere.len() < MAX_MANY => {
-                    let other = record(value);
-                    let digests = other.iter().flat_map(Record::digests).map(str::to_owned);
-                    found.needed_elsewhere.extend(digests);
-                }
+                "other" => found.others = true,
                 "file" => {
                     let file = found.file.get_or_insert_default();
                     file.push_str(value);
@@ -138,19 +134,18 @@ mod tests {
 
     #[test]
     fn what_is_there_is_read() {
-        let (a, b) = ("a".repeat(64), "b".repeat(64));
+        let a = "a".repeat(64);
         let answer = format!(
-            "record {}\nother {}\nfile [Unit]\nfile x=1\nagent 77 /h/programs/a/rts-agent (deleted)\nserves yes\nmanager 78\nmanager 1\n\
+            "record {}\nother yes\nfile [Unit]\nfile x=1\nagent 77 /h/programs/a/rts-agent (deleted)\nserves yes\nmanager 78\nmanager 1\n\
              agency 3\nend yes\n",
-            record(&a),
-            record(&b)
+            record(&a)
         );
         let found = Found::parse(answer.as_bytes()).unwrap();
         assert_eq!(
             found.record.as_ref().unwrap().digests().collect::<Vec<_>>(),
             [a.as_str(), &a]
         );
-        assert_eq!(found.needed_elsewhere, [b.clone(), b]);
+        assert!(found.others);
         assert_eq!(found.file.as_deref(), Some("[Unit]\nx=1\n"));
         assert!(found.runs("/h/programs/a/rts-agent") && found.serves);
         assert_eq!(found.managers, [78]);

@@ -8,6 +8,7 @@ use super::found::Found;
 use super::service::{Keeper, Service};
 use super::{BootstrapError, Request, steps};
 use crate::answer::tame;
+use crate::copies::{Claim, lease_name};
 use crate::session::Session;
 use crate::store::{LocalFile, Stored};
 use crate::survey::Survey;
@@ -26,6 +27,8 @@ pub struct Installed {
     pub changes: Vec<Change>,
     /// Services of the account run while nobody is logged in; also said where it was not tried.
     pub lingers: bool,
+    /// Why copies stay that nobody needs, if they do.
+    pub told: Vec<String>,
 }
 
 /// The service with all its files, and which of these are not there.
@@ -69,15 +72,25 @@ pub async fn install(
             service,
             changes,
             lingers: true,
+            told: Vec::new(),
         });
+    }
+    // Nobody else's clean-up takes away what the service does not name yet.
+    let lease = lease_name("service", &service.home, &service.node);
+    let is_ours = |change: &Change| matches!(change, Change::Copy(_) | Change::Forget);
+    let claims = changes.iter().any(is_ours);
+    if claims {
+        let needed: Vec<&str> = record.digests().collect();
+        let claim = Claim::Keep(&lease, &needed);
+        session.collect(&service.home, claim).await?;
     }
     copy(session, &settled, &changes, &mut progress).await?;
     for change in &changes {
-        if !matches!(change, Change::Copy(_) | Change::Forget(_)) {
+        if !is_ours(change) {
             progress(change);
         }
         match change {
-            Change::Copy(_) | Change::Forget(_) => {}
+            Change::Copy(_) | Change::Forget => {}
             Change::Stop(pid) => steps::stop(session, &service, &[*pid], false).await?,
             Change::Linger => {
                 lingers = steps::linger(session, true).await?;
@@ -103,17 +116,21 @@ pub async fn install(
         steps::write(session, &service.record_file(), "600", &text).await?;
     }
     wait(session, &service).await?;
-    for change in &changes {
-        if let Change::Forget(digests) = change {
-            progress(change);
-            let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-            steps::remove(session, &service, "", "", &digests).await?;
+    let mut told = Vec::new();
+    if claims {
+        if changes.contains(&Change::Forget) {
+            progress(&Change::Forget);
         }
+        told = session
+            .collect(&service.home, Claim::End(&lease))
+            .await?
+            .told;
     }
     Ok(Installed {
         service,
         changes,
         lingers,
+        told,
     })
 }
 
@@ -244,8 +261,13 @@ async fn wait(session: &Session, service: &Service) -> Result<(), BootstrapError
 }
 
 impl Installed {
-    /// What the user should know: how long the service lives.
+    /// What the user should know: how long the service lives, and what of it takes space for nothing.
     pub fn notes(&self) -> Vec<String> {
+        let life = self.life();
+        life.into_iter().chain(self.told.iter().cloned()).collect()
+    }
+
+    fn life(&self) -> Vec<String> {
         match self.service.keeper {
             Keeper::Process => vec![
                 "there is no systemd for this account: the agent is a plain process, which does not come back after a reboot. This \

@@ -5,7 +5,7 @@ number() { sed -n "s/.*\"pid\": *\([0-9][0-9]*\).*/\1/p" "$1" 2>/dev/null | head
 has() { tr "\0" "\n" 2>/dev/null <"/proc/$1/cmdline" | grep -Fxq -e "$2"; };
 if [ -f "$h/services/$n.json" ]; then printf "record "; head -c 65536 "$h/services/$n.json" | tr -d "\n"; echo; fi;
 for f in "$h"/services/*.json; do
-if [ -f "$f" ] && [ "$f" != "$h/services/$n.json" ]; then printf "other "; head -c 65536 "$f" | tr -d "\n"; echo; fi;
+if [ -f "$f" ] && [ "$f" != "$h/services/$n.json" ]; then echo "other yes"; fi;
 done;
 if [ -f "$3" ]; then head -c 65536 "$3" | sed "s/^/file /"; fi;
 p=$(number "$h/run/$n/agent.json");

@@ -1,8 +1,8 @@
 //! Takes an installation away again, and leaves nothing.
 
-use super::change::unneeded;
 use super::service::{Keeper, Service};
 use super::{BootstrapError, steps};
+use crate::copies::Claim;
 use crate::session::Session;
 use crate::survey::Survey;
 
@@ -17,6 +17,8 @@ pub struct Removed {
     pub managers: usize,
     /// What is left in the folder of rtsctl, as it is of others.
     pub left: Option<String>,
+    /// Why copies stay that nobody needs, if they do.
+    pub told: Vec<String>,
 }
 
 /// Removes it. Managers that run are stopped only if `yes`. With `dry_run` nothing is touched.
@@ -35,6 +37,7 @@ pub async fn remove(
             done: Vec::new(),
             managers: 0,
             left: None,
+            told: Vec::new(),
         });
     };
     if record.keeper != service.keeper {
@@ -53,13 +56,12 @@ pub async fn remove(
     }
     let is_unit = service.keeper != Keeper::Process && found.file.is_some();
     let (file, _) = service.file();
-    let digests = unneeded(Some(&record), &found);
-    let alone = found.needed_elsewhere.is_empty();
     let mut removed = Removed {
         service,
         done: Vec::new(),
         managers,
         left: None,
+        told: Vec::new(),
     };
     let service = &removed.service;
     let mut done = Vec::new();
@@ -85,16 +87,18 @@ pub async fn remove(
     // Again: an agent starts managers until it ends.
     let managers = steps::look(session, service).await?.managers;
     steps::stop(session, service, &managers, true).await?;
-    let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-    let left = steps::remove(session, service, node, &file, &digests).await?;
+    // First: what is removed by then is not found when this is run again.
+    let collected = session.collect(&service.home, Claim::Leave(node)).await?;
+    let left = steps::remove(session, service, node, &file).await?;
     if is_unit {
         steps::systemctl(session, service.keeper, &["daemon-reload"]).await?;
     }
-    if record.lingers && alone && service.keeper == Keeper::UserUnit {
+    if record.lingers && !found.others && service.keeper == Keeper::UserUnit {
         steps::linger(session, false).await?;
     }
     removed.managers = managers.len();
     removed.done = done;
     removed.left = left;
+    removed.told = collected.told;
     Ok(removed)
 }

@@ -1,16 +1,13 @@
-# $1: home, $2: node, $3: file that starts the service, or nothing, then digests that nobody needs. Folders below the account's go when they are empty.
+# $1: home, $2: node, $3: file that starts the service. Folders below the account's go when they are empty.
 LC_ALL=C; export LC_ALL;
-h="$1"; n="$2"; u="$3"; shift 3;
+h="$1"; n="$2"; u="$3";
 e=$( {
-if [ -n "$u" ]; then rm -f "$u"; fi;
-for d in "$@"; do rm -rf "$h/programs/$d" "$h/modules/$d"; done;
-if [ -n "$n" ]; then
+rm -f "$u";
 rm -rf "$h/run/$n" "$h/state/$n" "$h/logs/$n" "$h/services/$n.json" "$h/services/$n.log";
 for f in run state logs; do
 if [ "$(ls -A "$h/$f" 2>/dev/null)" = .rtsctl ]; then rm -f "$h/$f/.rtsctl"; fi;
 rmdir "$h/$f" 2>/dev/null;
 done;
-fi;
 rmdir "$h/programs" "$h/modules" "$h/services" 2>/dev/null;
 rmdir "$h" 2>/dev/null;
 for d in "${h%/*}" "${u%/*}"; do

@@ -122,9 +122,8 @@ pub(super) async fn remove(
     service: &Service,
     node: &str,
     file: &str,
-    digests: &[&str],
 ) -> Result<Option<String>, SshError> {
-    let words = [&[service.home.as_str(), node, file], digests].concat();
+    let words = [service.home.as_str(), node, file];
     step(session, &service.home, REMOVE, &words, b"").await
 }
 

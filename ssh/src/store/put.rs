@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-use super::{LocalFile, PIECE, StoredFile, hex, refused};
+use super::{LocalFile, PIECE, StoredFile, refused};
 use crate::answer::{after_mark, tame};
 use crate::error::SshError;
 use crate::remote::{command_line, ended, mark, read_some};
@@ -110,7 +110,7 @@ async fn send(mut stdin: ChildStdin, local: &LocalFile, there: &StoredFile) -> R
         held.clear();
         held.extend_from_slice(&piece[..count]);
     }
-    if size != there.size || hex(hash) != there.digest {
+    if size != there.size || format!("{:x}", hash.finalize()) != there.digest {
         return Err(NotSent::Error(SshError::Changed {
             path: local.path.clone(),
         }));

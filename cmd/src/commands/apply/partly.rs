@@ -31,6 +31,7 @@ pub fn partly(system: &System, waiting: &[Waiting]) -> CliError {
             .find(|w| w.target.starts_with("component/") || w.target.starts_with("connector/"))
             .map(|w| w.target.clone()),
         rest: rest(system, waiting),
+        nodes: status.nodes.clone().into(),
     }
 }
 

@@ -8,7 +8,7 @@ use rts_controller_api::requests::ApplyResult;
 
 use crate::error::CliError;
 use crate::input::Input;
-use crate::local::relays::despite_loss;
+use crate::local::relays::{because, despite_loss};
 
 /// How long a controller that was there may be silent.
 const SILENCE: Duration = Duration::from_secs(5);
@@ -36,7 +36,7 @@ pub async fn put(
                 let result = controller.apply(&input.planned()).await;
                 return result.map_err(input.failed(what));
             }
-            result => return result.map_err(input.failed(what)),
+            result => return result.map_err(because(input.failed(what))),
         }
     }
 }

@@ -8,7 +8,7 @@ use rts_controller_api::objects::System;
 
 use crate::error::CliError;
 use crate::follow::{Follower, Verdict, judge};
-use crate::local::relays::Patience;
+use crate::local::relays::{self, Patience};
 use crate::output::Output;
 use crate::show::progress::Progress;
 
@@ -32,12 +32,21 @@ pub async fn wait(
     let mut unclear = None;
     let mut patience = Patience::default();
     let end = follower.until(deadline, |state| match state {
-        None => ControlFlow::Break(None),
+        None => ControlFlow::Break(Err(CliError::Gone {
+            system: name.clone(),
+        })),
         Some(system) => {
             progress.system(&system);
             seen(&system);
             let verdict = judge(&system, generation);
             last = system;
+            let nodes = &last.status.nodes;
+            if let (false, Some(away)) = (
+                matches!(verdict, Verdict::Converged(_)),
+                relays::given_up(nodes),
+            ) {
+                return ControlFlow::Break(Err(away.into()));
+            }
             if verdict != Verdict::Unclear {
                 unclear = None;
             }
@@ -48,18 +57,19 @@ pub async fn wait(
                     if since.elapsed() < UNCLEAR {
                         return ControlFlow::Continue(());
                     }
-                    ControlFlow::Break(Some(Verdict::Partly(Vec::new())))
+                    ControlFlow::Break(Ok(Verdict::Partly(Vec::new())))
                 }
                 // A session that was lost is made anew, and then it goes on.
-                Verdict::Partly(waiting) if patience.allows(&waiting) => ControlFlow::Continue(()),
-                verdict => ControlFlow::Break(Some(verdict)),
+                Verdict::Partly(waiting) if patience.allows(nodes, &waiting) => {
+                    ControlFlow::Continue(())
+                }
+                verdict => ControlFlow::Break(Ok(verdict)),
             }
         }
     });
     let end = end.await;
     match end.map_err(CliError::request(format!("follow system/{name}")))? {
-        Some(Some(verdict)) => Ok((last, verdict)),
-        Some(None) => Err(CliError::Gone { system: name }),
+        Some(verdict) => Ok((last, verdict?)),
         None => Ok((last, Verdict::Going)),
     }
 }

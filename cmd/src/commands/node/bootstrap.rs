@@ -6,7 +6,7 @@ use rts_ssh::bootstrap::{Change, Installed, Request, install};
 use rts_ssh::{Destination, Session as Ssh};
 use serde_json::json;
 
-use super::reach::{ReachArgs, node_name};
+use super::reach::{ReachArgs, control_folder, node_name};
 use crate::commands::or_interrupted;
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -82,12 +82,12 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     or_interrupted(work, session, AGAIN).await
 }
 
-/// Opens a session; its socket lies in a private folder below that for temporary files.
+/// Opens a session.
 pub(super) async fn open(destination: &Destination, session: &Session) -> Result<Ssh, CliError> {
     session
         .out
         .detail(&format!("rtsctl: logging in to {destination}"));
-    Ok(Ssh::open(destination, &std::env::temp_dir()).await?)
+    Ok(Ssh::open(destination, &control_folder(&session.home)).await?)
 }
 
 /// The folder with the programs, which are there.

@@ -49,6 +49,15 @@ impl ReachArgs {
     }
 }
 
+/// Where the socket of a session lies: in the run folder of the home, if it is that of a stack of this machine. What is there of an agent
+/// alone may be what is to be removed, by a session with this very machine.
+pub fn control_folder(home: &Home) -> PathBuf {
+    match home.controller_lock().exists() {
+        true => home.run(),
+        false => std::env::temp_dir(),
+    }
+}
+
 /// The name of the node: what the user said, else the name that the machine has for itself.
 pub fn node_name(said: Option<String>, survey: &Survey) -> Result<String, CliError> {
     let own = || survey.node.split('.').next().unwrap_or_default().to_owned();

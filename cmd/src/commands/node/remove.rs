@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use rts_controller_api::ClientError;
 use rts_host::error::chain;
-use rts_ssh::{Destination, Session as Ssh};
+use rts_ssh::{Claim, Destination, Session as Ssh};
 
+use super::reach::control_folder;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::local::lock::HomeLock;
@@ -59,7 +60,7 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
     drop(lock);
     if let Err(why) = collect(session, &args.node, &ssh.destination).await {
         session.out.warn(&format!(
-            "what was copied to {} stays there for a month: {why}",
+            "what was copied to {} stays there until somebody else reaches it: {why}",
             ssh.destination
         ));
     }
@@ -70,16 +71,17 @@ pub async fn run(args: &Args, session: &Session) -> Result<Exit, CliError> {
 /// Ends the lease of the node's copies over there; the machine may be gone for good.
 async fn collect(session: &Session, node: &str, machine: &Destination) -> Result<(), String> {
     let work = async {
-        let ssh = Ssh::open(machine, &std::env::temp_dir()).await?;
+        let ssh = Ssh::open(machine, &control_folder(&session.home)).await?;
         let home = ssh.survey().await?.rtsctl_home();
         let lease = rts_relay::lease(session.home.path(), node);
-        let removed = ssh.collect(&home, &lease, &[]).await;
+        let collected = ssh.collect(&home, Claim::End(&lease)).await;
         ssh.close().await;
-        removed
+        collected
     };
     match tokio::time::timeout(PATIENCE, work).await {
-        Ok(Ok(removed)) => {
-            let digests = plural("digest", removed);
+        Ok(Ok(collected)) if !collected.told.is_empty() => Err(collected.told.join("; ")),
+        Ok(Ok(collected)) => {
+            let digests = plural("digest", collected.removed);
             let text = format!("rtsctl: removed the files of {digests} from {machine}");
             session.out.detail(&text);
             Ok(())

@@ -57,6 +57,7 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
                     "dryRun": args.dry_run,
                     "changes": removed.done,
                     "left": removed.left,
+                    "notes": removed.told,
                 });
                 format!("{object:#}")
             }
@@ -72,6 +73,9 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
         session.out.result(&text)?;
         if !args.dry_run {
             part(session, &node, &destination)?;
+        }
+        for why in &removed.told {
+            session.out.warn(why);
         }
         if let Some(left) = &removed.left {
             let home = &removed.service.home;

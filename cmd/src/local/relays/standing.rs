@@ -1,14 +1,13 @@
 //! How the sessions are of the nodes that this process holds awake: one that was lost is waited for, one that was given up ends
-//! what waits.
+//! what waits for that node. Of no other node anything is decided.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::LazyLock;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rts_controller_api::ClientError;
 use rts_controller_api::objects::Waiting;
-use tokio::sync::watch;
 
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -51,91 +50,98 @@ pub(super) enum Standing {
 /// Nodes by name.
 type Held = BTreeMap<String, Standing>;
 
-static HELD: LazyLock<watch::Sender<Held>> = LazyLock::new(watch::Sender::default);
+static HELD: Mutex<Held> = Mutex::new(Held::new());
+
+fn all() -> MutexGuard<'static, Held> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// True when this process holds the node awake already.
 pub(super) fn holds(node: &str) -> bool {
-    HELD.borrow().contains_key(node)
+    all().contains_key(node)
 }
 
 /// Notes how a session is.
 pub(super) fn note(node: &str, standing: Standing) {
-    HELD.send_modify(|held| drop(held.insert(node.to_owned(), standing)));
+    all().insert(node.to_owned(), standing);
 }
 
-/// Nodes of this process that nothing heals between commands.
-pub fn on_demand() -> Vec<String> {
-    let held = HELD.borrow();
-    let alone = held
-        .iter()
-        .filter(|(_, standing)| **standing != Standing::Up { resident: true });
-    alone.map(|(node, _)| node.clone()).collect()
+/// Those of these nodes that nothing heals between commands.
+pub fn on_demand(nodes: &[String]) -> Vec<String> {
+    let held = all();
+    let alone = |node: &&String| {
+        let standing = held.get(*node);
+        standing.is_some_and(|standing| *standing != Standing::Up { resident: true })
+    };
+    nodes.iter().filter(alone).cloned().collect()
 }
 
-/// Why a node is not reached, when it is being reached again.
-pub fn lost() -> Option<LocalError> {
-    lost_of(&HELD.borrow())
+/// Why the first of these nodes is not reached of which that is so, be it reached again or given up.
+pub fn away(nodes: &[String]) -> Option<LocalError> {
+    away_of(&all(), nodes, true)
 }
 
-fn lost_of(held: &Held) -> Option<LocalError> {
-    held.iter().find_map(|(node, standing)| match standing {
-        Standing::Lost { reason, log } => Some(LocalError::Relay {
-            node: node.clone(),
+/// The node is not reached, be it reached again or given up.
+pub fn is_away(node: &str) -> bool {
+    let held = all();
+    held.get(node)
+        .is_some_and(|standing| !matches!(standing, Standing::Up { .. }))
+}
+
+/// The same as [`away`] of those that nobody tries to reach any more.
+pub fn given_up(nodes: &[String]) -> Option<LocalError> {
+    away_of(&all(), nodes, false)
+}
+
+/// What a refusal comes from that names a node which is not reached.
+pub fn cause(refusal: &ClientError) -> Option<LocalError> {
+    away(&blamed(refusal)?)
+}
+
+/// The node that is the cause of a refusal, if it may be another one in a moment.
+fn blamed(refusal: &ClientError) -> Option<[String; 1]> {
+    match refusal {
+        ClientError::Problem(problem) if problem.retryable => {
+            Some([problem.node.as_deref()?.to_owned()])
+        }
+        _ => None,
+    }
+}
+
+fn away_of(held: &Held, nodes: &[String], lost: bool) -> Option<LocalError> {
+    let standings = nodes.iter().filter_map(|node| held.get_key_value(node));
+    let mut errors = standings.filter_map(|(node, standing)| error(node, standing, lost));
+    errors.next()
+}
+
+/// The error of a node that is not reached; of one that is being reached again only if `lost`.
+fn error(node: &str, standing: &Standing, lost: bool) -> Option<LocalError> {
+    let resume =
+        "what was done stays done: run the same again once the node can be reached, and it goes on";
+    match standing {
+        Standing::Lost { reason, log } if lost => Some(LocalError::Relay {
+            node: node.to_owned(),
             reason: format!("its session was lost and not made again in time: {reason}"),
-            help: Some(resume()),
+            help: Some(resume.to_owned()),
             exit: Exit::Unreachable,
             log: log.clone(),
         }),
-        _ => None,
-    })
-}
-
-fn given_up_of(held: &Held) -> Option<LocalError> {
-    held.iter().find_map(|(node, standing)| match standing {
         Standing::GivenUp {
             reason,
             help,
             exit,
             log,
         } => Some(LocalError::Relay {
-            node: node.clone(),
+            node: node.to_owned(),
             reason: format!("its session was lost and cannot be made again: {reason}"),
             help: Some(match help {
-                Some(help) => format!("{help}; {}", resume()),
-                None => resume(),
+                Some(help) => format!("{help}; {resume}"),
+                None => resume.to_owned(),
             }),
             exit: *exit,
             log: log.clone(),
         }),
         _ => None,
-    })
-}
-
-fn resume() -> String {
-    "what was done stays done: run the same again once the node can be reached, and it goes on"
-        .to_owned()
-}
-
-/// Waits for something that needs the sessions; ends with an error as soon as one of them is given up.
-pub async fn while_reached<T>(
-    work: impl Future<Output = Result<T, CliError>>,
-) -> Result<T, CliError> {
-    let mut held = HELD.subscribe();
-    let given_up = async {
-        loop {
-            let error = given_up_of(&held.borrow_and_update());
-            if let Some(error) = error {
-                return error;
-            }
-            if held.changed().await.is_err() {
-                std::future::pending::<()>().await;
-            }
-        }
-    };
-    tokio::select! {
-        biased;
-        done = work => done,
-        error = given_up => Err(error.into()),
     }
 }
 
@@ -147,16 +153,24 @@ pub async fn despite_loss<T>(
     let mut patience = Patience::default();
     loop {
         match ask().await {
-            Err(ClientError::Problem(problem))
-                if problem.retryable
-                    && problem.code == "node-not-ready"
-                    && Instant::now() < deadline
-                    && patience.with(true) =>
+            Err(e)
+                if blamed(&e).is_some_and(|node| patience.with(&node))
+                    && Instant::now() < deadline =>
             {
                 tokio::time::sleep(PAUSE).await;
             }
             answer => return answer,
         }
+    }
+}
+
+/// The error of a request that failed because of a node that is not reached, or what `otherwise` makes of it.
+pub fn because<E: Into<CliError>>(
+    otherwise: impl FnOnce(ClientError) -> E,
+) -> impl FnOnce(ClientError) -> CliError {
+    |refusal| match cause(&refusal) {
+        Some(away) => away.into(),
+        None => otherwise(refusal).into(),
     }
 }
 
@@ -167,20 +181,34 @@ pub struct Patience {
 }
 
 impl Patience {
-    /// True while what does not go on may only wait for a session.
-    pub fn allows(&mut self, waiting: &[Waiting]) -> bool {
-        let concerns = waiting.iter().any(|w| concerns(&HELD.borrow(), w));
-        self.with(concerns)
+    /// True while what does not go on of something that lies on these nodes may only wait for a session.
+    pub fn allows(&mut self, nodes: &[String], waiting: &[Waiting]) -> bool {
+        let wrong = |node: &str| waiting.iter().any(|waiting| concerns(node, waiting));
+        self.judge(&all(), nodes, wrong, Instant::now())
     }
 
-    /// The same, when it is known whether something is wrong with a node.
-    pub fn with(&mut self, wrong: bool) -> bool {
-        self.judge(&HELD.borrow(), wrong, Instant::now())
+    /// The same, when something is wrong with each of the nodes.
+    pub fn with(&mut self, nodes: &[String]) -> bool {
+        self.judge(&all(), nodes, |_| true, Instant::now())
     }
 
-    fn judge(&mut self, held: &Held, wrong: bool, now: Instant) -> bool {
-        let lost = held.values().any(|s| matches!(s, Standing::Lost { .. }));
-        if lost || !wrong || held.is_empty() {
+    fn judge(
+        &mut self,
+        held: &Held,
+        nodes: &[String],
+        wrong: impl Fn(&str) -> bool,
+        now: Instant,
+    ) -> bool {
+        let own = nodes.iter().filter_map(|node| held.get_key_value(node));
+        let (mut lost, mut concerned) = (false, false);
+        for (node, standing) in own {
+            match standing {
+                Standing::Lost { .. } => lost = true,
+                Standing::Up { .. } => concerned |= wrong(node),
+                Standing::GivenUp { .. } => {}
+            }
+        }
+        if lost || !concerned {
             self.since = None;
             return lost;
         }
@@ -188,12 +216,10 @@ impl Patience {
     }
 }
 
-/// Something waits for a node that is held awake.
-fn concerns(held: &Held, waiting: &Waiting) -> bool {
-    held.keys().any(|node| {
-        waiting.target.strip_prefix("node/") == Some(node)
-            || waiting.reason.contains(&format!("node {node} is unknown"))
-    })
+/// Something waits for this node.
+fn concerns(node: &str, waiting: &Waiting) -> bool {
+    waiting.target.strip_prefix("node/") == Some(node)
+        || waiting.reason.contains(&format!("node {node} is unknown"))
 }
 
 #[cfg(test)]
@@ -202,6 +228,13 @@ mod tests {
 
     fn held(standing: Standing) -> Held {
         Held::from([("arm".to_owned(), standing)])
+    }
+
+    fn lost() -> Standing {
+        Standing::Lost {
+            reason: "cut".to_owned(),
+            log: PathBuf::new(),
+        }
     }
 
     fn waiting(target: &str, reason: &str) -> Waiting {
@@ -218,30 +251,77 @@ mod tests {
     #[test]
     fn a_lost_session_is_waited_for_and_one_that_looks_well_for_a_while() {
         let up = held(Standing::Up { resident: false });
-        let lost = held(Standing::Lost {
-            reason: "cut".to_owned(),
-            log: PathBuf::new(),
-        });
+        let lost = held(lost());
+        let arm = ["arm".to_owned()];
         let mut patience = Patience::default();
         let now = Instant::now();
-        assert!(!patience.judge(&Held::new(), true, now), "no node by SSH");
-        assert!(!patience.judge(&up, false, now), "something else is wrong");
-        assert!(patience.judge(&up, true, now));
-        assert!(patience.judge(&lost, true, now + 10 * SETTLE));
-        assert!(patience.judge(&up, true, now + 11 * SETTLE), "counted anew");
-        assert!(!patience.judge(&up, true, now + 12 * SETTLE));
+        let none = patience.judge(&Held::new(), &arm, |_| true, now);
+        assert!(!none, "no node by SSH");
+        let other = patience.judge(&up, &arm, |_| false, now);
+        assert!(!other, "something else is wrong");
+        assert!(patience.judge(&up, &arm, |_| true, now));
+        assert!(patience.judge(&lost, &arm, |_| true, now + 10 * SETTLE));
+        let anew = patience.judge(&up, &arm, |_| true, now + 11 * SETTLE);
+        assert!(anew, "counted anew");
+        assert!(!patience.judge(&up, &arm, |_| true, now + 12 * SETTLE));
+    }
+
+    #[test]
+    fn a_node_of_others_decides_nothing() {
+        let (mine, now) = (["local".to_owned(), "leg".to_owned()], Instant::now());
+        let mut held = held(lost());
+        let mut patience = Patience::default();
+        assert!(!patience.judge(&held, &mine, |_| true, now));
+        assert!(away_of(&held, &mine, true).is_none());
+        assert!(away_of(&held, &["arm".to_owned()], true).is_some());
+        assert!(away_of(&held, &["arm".to_owned()], false).is_none());
+        held.insert("leg".to_owned(), lost());
+        assert!(patience.judge(&held, &mine, |_| true, now));
+        let leg = away_of(&held, &mine, true).unwrap().to_string();
+        assert!(leg.starts_with("node leg is not reached"), "{leg}");
     }
 
     #[test]
     fn what_waits_for_a_node_is_told_by_its_target_or_reason() {
-        let up = held(Standing::Up { resident: false });
-        assert!(concerns(&up, &waiting("node/arm", "its agent was lost")));
-        assert!(concerns(
-            &up,
-            &waiting("component/A", "node arm is unknown: x")
-        ));
-        assert!(!concerns(&up, &waiting("node/armada", "x")));
-        assert!(!concerns(&up, &waiting("component/A", "its module failed")));
+        let arm = |target, reason| concerns("arm", &waiting(target, reason));
+        assert!(arm("node/arm", "its agent was lost"));
+        assert!(arm("component/A", "node arm is unknown: x"));
+        assert!(!arm("node/armada", "x"));
+        assert!(!arm("component/A", "its module failed"));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_refusal_is_asked_again_only_while_the_node_that_it_names_may_come_back() {
+        let refusal = |node: &str| {
+            let problem = rts_controller_api::Problem::unavailable("node-not-ready", "x");
+            ClientError::from(problem.of_node(node))
+        };
+        // What this process holds is of this test alone.
+        note("comes-back", lost());
+        let mut asked = 0;
+        let answer = despite_loss(Instant::now() + SETTLE, async || {
+            asked += 1;
+            match asked {
+                1 => Err(refusal("comes-back")),
+                2 => {
+                    note("comes-back", Standing::Up { resident: false });
+                    Err(refusal("comes-back"))
+                }
+                _ => Ok(asked),
+            }
+        });
+        assert_eq!(answer.await.unwrap(), 3);
+        note("lost-for-good", lost());
+        let other = despite_loss(Instant::now() + SETTLE, async || {
+            Err::<(), _>(refusal("of-others"))
+        });
+        assert!(cause(&other.await.unwrap_err()).is_none());
+        let late = despite_loss(Instant::now(), async || {
+            Err::<(), _>(refusal("lost-for-good"))
+        });
+        let told = because(|_| CliError::usage("another error"))(late.await.unwrap_err());
+        assert_eq!(told.exit(), Exit::Unreachable);
+        assert!(told.line().contains("not made again in time: cut"));
     }
 
     #[test]
@@ -252,12 +332,11 @@ mod tests {
             exit: Exit::Forbidden,
             log: PathBuf::new(),
         });
-        let error = given_up_of(&given_up).unwrap();
+        let error = away_of(&given_up, &["arm".to_owned()], false).unwrap();
         assert_eq!(error.exit(), Exit::Forbidden);
         insta::assert_snapshot!(format!("{error}\nhelp: {}", error.help().unwrap()), @r"
         node arm is not reached: its session was lost and cannot be made again: robot let nobody in
         help: let a key in; what was done stays done: run the same again once the node can be reached, and it goes on
         ");
-        assert!(lost_of(&given_up).is_none());
     }
 }

@@ -19,7 +19,7 @@ use crate::local::LocalError;
 use crate::local::home::{Home, make_private};
 use crate::local::lock::make_folders;
 use crate::local::nodes::NodeSetup;
-use crate::local::up::{beside, open_log};
+use crate::local::up::open_log;
 use crate::output::Output;
 
 /// Longest wait for a relay: it logs in, and the first time copies programs.
@@ -28,6 +28,16 @@ const READY: Duration = Duration::from_secs(300);
 const ANSWER: Duration = Duration::from_secs(5);
 /// Time for a lost session to come back before it is told that it is waited for.
 const SOON: Duration = Duration::from_secs(1);
+/// Relays that may be killed as they start, before it is given up.
+const STARTS: u32 = 3;
+/// Relays that may end in a row soon after the node was reached, before no other one is started.
+const DEATHS: u32 = 6;
+/// Pause before the third relay in a row; each is twice the one before.
+const FIRST_PAUSE: Duration = Duration::from_millis(200);
+/// Longest of these pauses.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+/// A relay that has lived for so long was well.
+const STEADY: Duration = Duration::from_secs(30);
 /// Longest line of a relay in bytes.
 const MAX_LINE: u64 = 64 * 1024;
 /// Time between two looks.
@@ -42,6 +52,8 @@ pub(super) struct Waker {
     pub out: Output,
     /// The node.
     pub node: NodeSetup,
+    /// The relay's program.
+    pub program: PathBuf,
     /// Folders with modules, for a relay that is started.
     pub module_path: Option<OsString>,
     /// Longest wait for a session that is being opened again.
@@ -56,28 +68,52 @@ pub(super) struct Woken {
     pub resident: bool,
 }
 
+/// A relay that this process is connected to.
+struct Attached {
+    /// It had to be started.
+    started: bool,
+    /// How its session is: there, or not made again in time.
+    standing: Standing,
+    /// What it says next.
+    states: States,
+}
+
 impl Waker {
-    /// Reaches the node and holds its relay awake until this process ends.
+    /// Reaches the node and holds its relay awake until this process ends, also if its session is not made again in time, which is
+    /// an error.
     pub async fn wake(self) -> Result<Woken, LocalError> {
-        let (woken, states) = self.attach().await?;
-        let resident = woken.resident;
-        note(&self.node.name, Standing::Up { resident });
+        let Attached {
+            started,
+            standing,
+            states,
+        } = self.attach().await?;
+        let outcome = match &standing {
+            Standing::Up { resident } => Ok(Woken {
+                started,
+                resident: *resident,
+            }),
+            Standing::Lost { reason, .. } | Standing::GivenUp { reason, .. } => {
+                Err(self.late(reason))
+            }
+        };
+        note(&self.node.name, standing);
         tokio::spawn(self.hold(states));
-        Ok(woken)
+        outcome
     }
 
-    /// Connects to the relay, which is started if need be; the node is reached when this returns.
-    async fn attach(&self) -> Result<(Woken, States), LocalError> {
+    /// Connects to the relay, which is started if need be. A session that was lost is waited for a while.
+    async fn attach(&self) -> Result<Attached, LocalError> {
         let (home, name) = (&self.home, &self.node.name);
         let socket = home.relay_socket(name);
-        let mut started = false;
-        let end = Instant::now() + self.patience;
+        let (mut started, mut starts) = (false, 0);
+        let mut end = Instant::now() + self.patience;
         loop {
-            if let Some((resident, states)) = self.connect(&socket).await? {
-                return Ok((Woken { started, resident }, states));
-            }
-            if Instant::now() >= end {
-                return Err(self.failed("its relay ends again and again".to_owned()));
+            if let Some((standing, states)) = self.connect(&socket).await? {
+                return Ok(Attached {
+                    started,
+                    standing,
+                    states,
+                });
             }
             // One process at a time starts it.
             make_folders(home, name)?;
@@ -86,16 +122,27 @@ impl Waker {
             let lock = run.join("relay.start");
             match files::lock(&lock).map_err(LocalError::file("lock", &lock))? {
                 Some(_lock) if !socket.exists() || !answers(&socket).await => {
+                    if starts == STARTS {
+                        let reason = format!("its relay ended {STARTS} times as it started");
+                        return Err(self.failed(reason));
+                    }
+                    tokio::time::sleep(pause(starts)).await;
+                    starts += 1;
                     self.start().await?;
-                    started = true;
+                    (started, end) = (true, Instant::now() + self.patience);
+                }
+                _ if Instant::now() >= end => {
+                    let seconds = self.patience.as_secs();
+                    let reason = format!("its relay has been starting for {seconds} s");
+                    return Err(self.failed(reason));
                 }
                 _ => tokio::time::sleep(PAUSE).await,
             }
         }
     }
 
-    /// Connects to a relay that runs, and waits until it reaches the node. None when no relay runs.
-    async fn connect(&self, socket: &Path) -> Result<Option<(bool, States)>, LocalError> {
+    /// Connects to a relay that runs, and waits a while until it reaches the node. None when no relay runs.
+    async fn connect(&self, socket: &Path) -> Result<Option<(Standing, States)>, LocalError> {
         let Ok(stream) = UnixStream::connect(socket).await else {
             return Ok(None);
         };
@@ -107,7 +154,9 @@ impl Waker {
         let mut told = false;
         loop {
             match state {
-                Some(State::Up { resident }) => return Ok(Some((resident, states))),
+                Some(State::Up { resident }) => {
+                    return Ok(Some((Standing::Up { resident }, states)));
+                }
                 Some(State::Lost { reason }) => {
                     // It may be back in a moment.
                     let next = tokio::time::timeout(SOON, states.next()).await;
@@ -124,7 +173,10 @@ impl Waker {
                     }
                     match tokio::time::timeout_at(end, states.next()).await {
                         Ok(next) => state = next,
-                        Err(_) => return Err(self.late(&reason)),
+                        Err(_) => {
+                            let log = self.log();
+                            return Ok(Some((Standing::Lost { reason, log }, states)));
+                        }
                     }
                 }
                 Some(State::Failed { reason, help, exit }) => {
@@ -145,6 +197,7 @@ impl Waker {
     /// Tells what happens to the session, for as long as the node can be reached.
     async fn hold(self, mut states: States) {
         let name = &self.node.name;
+        let mut lives = Lives::default();
         loop {
             match states.next().await {
                 Some(State::Up { resident }) => self.is_back(resident),
@@ -158,10 +211,18 @@ impl Waker {
                 // It was killed: one that ends in order says why.
                 None => {
                     self.is_lost("its relay on this machine has ended");
+                    let Some(pause) = lives.ended() else {
+                        let reason = "its relay on this machine ends again and again";
+                        return self.give_up(reason.to_owned(), None, Exit::Unreachable);
+                    };
+                    tokio::time::sleep(pause).await;
                     match self.attach().await {
-                        Ok((woken, next)) => {
-                            states = next;
-                            self.is_back(woken.resident);
+                        Ok(attached) => {
+                            states = attached.states;
+                            lives.begun();
+                            if let Standing::Up { resident } = attached.standing {
+                                self.is_back(resident);
+                            }
                         }
                         Err(e) => {
                             let reason = e.to_string();
@@ -256,7 +317,7 @@ impl Waker {
             node.name, ssh.destination
         );
         self.out.detail(&say);
-        let program = beside("rts-relay")?;
+        let program = self.program.clone();
         let mut command = Command::new(&program);
         command.arg("--home").arg(home.path());
         command.arg("--node").arg(&node.name);
@@ -295,8 +356,44 @@ impl Waker {
                 exit: said.exit.map_or(Exit::Unreachable, Exit::of_code),
                 log,
             }),
+            // It was killed before it could say anything: whoever waits finds out that none runs.
+            Err(_) if line.is_empty() => Ok(()),
             Err(_) => Err(self.failed(format!("its relay said {line:?}"))),
         }
+    }
+}
+
+/// How long a relay is left to itself that has ended so often in a row.
+fn pause(deaths: u32) -> Duration {
+    match deaths.checked_sub(1) {
+        None => Duration::ZERO,
+        Some(doublings) => (FIRST_PAUSE * 2_u32.pow(doublings.min(10))).min(LONGEST_PAUSE),
+    }
+}
+
+/// The relays of a node that this process has seen, one after the other.
+#[derive(Debug, Default)]
+struct Lives {
+    /// How many have ended in a row without having lived for a while.
+    deaths: u32,
+    /// Since when the last one is there, if it is not the first.
+    since: Option<tokio::time::Instant>,
+}
+
+impl Lives {
+    /// Another one is there.
+    fn begun(&mut self) {
+        self.since = Some(tokio::time::Instant::now());
+    }
+
+    /// It has ended: how long to wait before the next one; none when that is of no use.
+    fn ended(&mut self) -> Option<Duration> {
+        if self.since.is_none_or(|since| since.elapsed() >= STEADY) {
+            self.deaths = 0;
+        }
+        let pause = pause(self.deaths);
+        self.deaths += 1;
+        (self.deaths <= DEATHS).then_some(pause)
     }
 }
 
@@ -343,6 +440,7 @@ struct Readiness {
 
 #[cfg(test)]
 mod tests {
+    use super::super::standing::{away, given_up};
     use super::*;
     use tokio::io::AsyncWriteExt;
     use tokio::net::UnixListener;
@@ -359,6 +457,7 @@ mod tests {
             home: Home::settle(Some(home.to_owned())).unwrap(),
             out: Output::new(&globals),
             node: NodeSetup::named("arm"),
+            program: home.join("program"),
             module_path: None,
             patience: Duration::from_secs(8),
         }
@@ -403,11 +502,93 @@ mod tests {
         let up = State::Up { resident: true };
         let both = [lost.clone(), up];
         let (reached, stream) = tokio::join!(waker.connect(&socket), says(&both));
-        assert!(reached.unwrap().unwrap().0, "a resident agent");
+        assert_eq!(reached.unwrap().unwrap().0, Standing::Up { resident: true });
         drop(stream);
+
+        // One that is not made again in time is held all the same: who needs it waits for it.
+        std::fs::rename(&socket, waker.home.relay_socket("arm")).unwrap();
         let only = [lost];
-        let (late, _stream) = tokio::join!(waker.connect(&socket), says(&only));
+        let (late, mut stream) = tokio::join!(waker.wake(), says(&only));
         let late = late.err().unwrap().to_string();
         assert!(late.ends_with("not made again within 8 s: cut"), "{late}");
+        let arm = ["arm".to_owned()];
+        assert!(away(&arm).is_some() && given_up(&arm).is_none());
+        stream
+            .write_all(b"{\"state\":\"up\",\"resident\":true}\n")
+            .await
+            .unwrap();
+        while away(&arm).is_some() {
+            tokio::time::sleep(PAUSE).await;
+        }
+    }
+
+    #[test]
+    fn a_relay_that_ends_again_and_again_is_started_ever_later_and_then_no_more() {
+        let mut lives = Lives::default();
+        let pauses: Vec<_> = std::iter::from_fn(|| {
+            let pause = lives.ended()?;
+            lives.begun();
+            Some(pause.as_millis())
+        })
+        .collect();
+        assert_eq!(pauses, [0, 200, 400, 800, 1600, 3200]);
+        assert_eq!(pause(u32::MAX), LONGEST_PAUSE);
+        lives.since = tokio::time::Instant::now().checked_sub(STEADY);
+        assert_eq!(lives.ended(), Some(Duration::ZERO), "it was well for long");
+    }
+
+    #[tokio::test]
+    async fn a_relay_that_is_killed_as_it_starts_is_started_again_but_not_for_ever() {
+        use std::os::unix::fs::PermissionsExt;
+        let temp = tempfile::tempdir_in("/tmp").unwrap();
+        let mut waker = waker(temp.path());
+        waker.node.ssh = Some(crate::local::nodes::SshNode {
+            destination: "robot".parse().unwrap(),
+            module_path: None,
+            programs: None,
+            keep_seconds: None,
+        });
+        rts_host::home::claim(temp.path()).unwrap();
+        let play = |script: &str| {
+            std::fs::write(
+                &waker.program,
+                format!(
+                    "#!/bin/sh\ncd {}\necho >>starts\n{script}",
+                    temp.path().display()
+                ),
+            )
+            .unwrap();
+            std::fs::set_permissions(&waker.program, std::fs::Permissions::from_mode(0o700))
+                .unwrap();
+        };
+        let starts = || {
+            std::fs::read_to_string(temp.path().join("starts"))
+                .unwrap()
+                .len()
+        };
+        play("kill -9 $$");
+        let dead = waker.attach().await.err().unwrap();
+        assert!(
+            dead.to_string().ends_with("ended 3 times as it started"),
+            "{dead}"
+        );
+        assert_eq!(starts(), 3);
+        // The second one serves.
+        let relay = UnixListener::bind(temp.path().join("bound")).unwrap();
+        play(
+            "[ $(wc -l <starts) -lt 5 ] && kill -9 $$\nmv bound run/arm/relay.sock\necho '{\"ready\":true}'",
+        );
+        let serve = async {
+            let (mut stream, _) = relay.accept().await.unwrap();
+            stream
+                .write_all(b"{\"state\":\"up\",\"resident\":false}\n")
+                .await
+                .unwrap();
+            stream
+        };
+        let (attached, _stream) = tokio::join!(waker.attach(), serve);
+        let attached = attached.unwrap();
+        assert_eq!((attached.started, starts()), (true, 5));
+        assert_eq!(attached.standing, Standing::Up { resident: false });
     }
 }

@@ -84,11 +84,13 @@ pub(super) async fn lives(home: &Home, node: &str) -> Result<bool, LocalError> {
     Ok(true)
 }
 
-/// Waits until the controller has met all agents, those that were started by the hosts that they have now.
+/// Waits until the controller has met all agents, those that were started by the hosts that they have now. Of one that is reached by
+/// SSH and is none of the `wanted`, it is only told when it does not come.
 pub(in crate::local) async fn wait_for(
     session: &Session,
     nodes: &Nodes,
     started: &[String],
+    wanted: &[NodeSetup],
 ) -> Result<(), CliError> {
     let controller = session.local(READY)?;
     let mut open: Vec<_> = nodes.all().iter().collect();
@@ -98,31 +100,47 @@ pub(in crate::local) async fn wait_for(
         let list = controller.list::<Node>(Kind::Node).await;
         let found = list.as_ref().map(|list| list.items.as_slice());
         let found = found.map_err(ToString::to_string);
+        let late = Instant::now() >= end;
         let mut reasons = Vec::new();
         open.retain(|node| {
             let reason = match &found {
                 Ok(items) => missing(session, node, items, started.contains(&node.name)),
                 Err(e) => Some(e.clone()),
             };
-            let waits = reason.is_some();
-            reasons.extend(reason);
+            let Some(reason) = reason else { return false };
+            let waits = !is_left(node, wanted, late);
+            match waits {
+                true => reasons.push(reason),
+                false => session.out.warn(&reason),
+            }
             waits
         });
-        let (Some(node), Some(reason)) = (open.first(), reasons.into_iter().next()) else {
+        if open.is_empty() {
             return Ok(());
-        };
+        }
+        let names: Vec<String> = open.iter().map(|node| node.name.clone()).collect();
+        if let Some(given_up) = relays::given_up(&names) {
+            return Err(given_up.into());
+        }
         // A session that was lost is made anew, or given up.
-        if Instant::now() >= end && relays::lost().is_none() {
+        let mut waited = names.iter().zip(reasons);
+        if let Some((node, reason)) = waited.find(|(node, _)| late && !relays::is_away(node)) {
             return Err(LocalError::NotReady {
                 program: "rts-agent",
                 reason,
-                log: session.home.agent_log(&node.name),
+                log: session.home.agent_log(node),
             }
             .into());
         }
         tokio::time::sleep(pause).await;
         pause = (pause * 2).min(PAUSE);
     }
+}
+
+/// True for a node that is reached by SSH, that the command is not about, and that is not met in time or not reached any more.
+fn is_left(node: &NodeSetup, wanted: &[NodeSetup], late: bool) -> bool {
+    let about = wanted.iter().any(|wanted| wanted.name == node.name);
+    node.ssh.is_some() && !about && (late || relays::is_away(&node.name))
 }
 
 /// Why a node is waited for; none when it is up, though it may wait for a word of the user, which is said.
