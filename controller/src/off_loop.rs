@@ -4,10 +4,13 @@
 use std::future::pending;
 use std::panic::resume_unwind;
 
+use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 
 /// Components from which on work is given to a thread: a first plan of them takes about ten milliseconds (`cargo xtask bench plan`).
 const LARGE: usize = 500;
+/// So much of it is done at a time: each holds a picture of all systems.
+static TURNS: Semaphore = Semaphore::const_new(4);
 
 /// Does work on so many components. Its order among other work is that of its caller, who awaits it.
 pub async fn off_loop<T: Send + 'static>(
@@ -17,6 +20,8 @@ pub async fn off_loop<T: Send + 'static>(
     if components < LARGE {
         return work();
     }
+    // It is never closed.
+    let _turn = TURNS.acquire().await;
     match spawn_blocking(work).await {
         Ok(done) => done,
         Err(error) => match error.try_into_panic() {

@@ -309,13 +309,15 @@ fn left(scene: &Scene<'_>, record: &SystemRecord, target: &str) -> Option<String
     misses(drift)
 }
 
-/// Nodes on which something of a deleted system may be left, once nothing is left where it can be asked.
+/// Nodes on which something of a deleted system may be left, once nothing is left where it can be asked, and none of them was
+/// there a moment ago.
 fn tombstones(scene: &Scene<'_>, record: &SystemRecord) -> Vec<String> {
     let mut silent = Vec::new();
     for node in record.nodes.difference(&record.forgotten) {
         match scene.world.observed.nodes.get(node) {
             Some(NodeObserved::Known(inventory)) if is_free_of(inventory, &record.uid) => {}
             Some(NodeObserved::Known(_)) => return Vec::new(),
+            _ if scene.nodes.get(node).is_some_and(NodeEntry::may_be_back) => return Vec::new(),
             _ => silent.push(node.clone()),
         }
     }

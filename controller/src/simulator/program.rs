@@ -4,7 +4,8 @@
 //! The scenario is one line of JSON on its standard input, the answer what it prints. The input stays open: a line [`HURRY`]
 //! says that it takes too long, its end that nobody waits.
 
-use std::io::{self, Read, Write};
+use std::borrow::Cow;
+use std::io::{self, ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -105,26 +106,25 @@ impl Drop for Running {
     }
 }
 
-/// Says what is to be simulated, and reads what is answered; `None` when nobody waits for it any more.
+/// Says what is to be simulated, and reads what is answered; `None` when nobody waits for it any more. A program that reads
+/// nothing holds nobody up.
 fn converse(
     line: &[u8],
-    mut stdin: ChildStdin,
+    stdin: ChildStdin,
     mut stdout: ChildStdout,
     scenario: &Scenario,
 ) -> io::Result<Option<Vec<u8>>> {
-    // What a program says that reads no more is told by how it ends.
-    let mut heard = stdin.write_all(line).is_ok();
+    let mut said = Said::begin(line, stdin)?;
     let mut answer = Vec::new();
     let mut piece = vec![0; PIECE];
     loop {
         if scenario.stop.is_stopped() {
             return Ok(None);
         }
-        if heard && scenario.stop.is_late() {
-            heard = false;
-            let _ = writeln!(stdin, "{HURRY}");
+        if scenario.stop.is_late() {
+            said.hurry();
         }
-        if !readable(&stdout)? {
+        if !said.is_answered(&stdout)? {
             continue;
         }
         match stdout.read(&mut piece)? {
@@ -138,16 +138,70 @@ fn converse(
     }
 }
 
-/// Waits until there is something to read, for a moment.
-fn readable(stdout: &ChildStdout) -> io::Result<bool> {
-    let mut polled = [PollFd::from_borrowed_fd(stdout.as_fd(), PollFlags::IN)];
-    let look = Timespec {
-        tv_sec: 0,
-        tv_nsec: i64::from(LOOK.subsec_nanos()),
-    };
-    match poll(&mut polled, Some(&look)) {
-        Err(rustix::io::Errno::INTR) => Ok(false),
-        ready => Ok(ready? > 0),
+/// What is said to a program, which reads it when it likes.
+struct Said<'a> {
+    /// None when it reads no more: what it says to that is told by how it ends.
+    stdin: Option<ChildStdin>,
+    text: Cow<'a, [u8]>,
+    /// So much of it was taken.
+    taken: usize,
+    hurried: bool,
+}
+
+impl<'a> Said<'a> {
+    fn begin(line: &'a [u8], stdin: ChildStdin) -> io::Result<Self> {
+        rustix::io::ioctl_fionbio(&stdin, true)?;
+        Ok(Self {
+            stdin: Some(stdin),
+            text: Cow::Borrowed(line),
+            taken: 0,
+            hurried: false,
+        })
+    }
+
+    /// Says that it takes too long, once.
+    fn hurry(&mut self) {
+        if !std::mem::replace(&mut self.hurried, true) {
+            let word = format!("{HURRY}\n");
+            self.text = [self.left(), word.as_bytes()].concat().into();
+            self.taken = 0;
+        }
+    }
+
+    fn left(&self) -> &[u8] {
+        &self.text[self.taken..]
+    }
+
+    /// Waits for a moment until there is something to read, and says more meanwhile.
+    fn is_answered(&mut self, stdout: &ChildStdout) -> io::Result<bool> {
+        let look = Timespec {
+            tv_sec: 0,
+            tv_nsec: i64::from(LOOK.subsec_nanos()),
+        };
+        let mut polled = vec![PollFd::from_borrowed_fd(stdout.as_fd(), PollFlags::IN)];
+        let more = self.stdin.as_ref().filter(|_| !self.left().is_empty());
+        polled.extend(more.map(|to| PollFd::from_borrowed_fd(to.as_fd(), PollFlags::OUT)));
+        match poll(&mut polled, Some(&look)) {
+            Err(rustix::io::Errno::INTR) => return Ok(false),
+            ready => drop(ready?),
+        }
+        let answered = !polled[0].revents().is_empty();
+        if polled.get(1).is_some_and(|to| !to.revents().is_empty()) {
+            self.say();
+        }
+        Ok(answered)
+    }
+
+    /// Says as much as it takes now.
+    fn say(&mut self) {
+        let Some(stdin) = &mut self.stdin else {
+            return;
+        };
+        match stdin.write(&self.text[self.taken..]) {
+            Ok(taken) => self.taken += taken,
+            Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+            Err(_) => self.stdin = None,
+        }
     }
 }
 
@@ -212,6 +266,21 @@ mod tests {
         assert!(problem.detail.contains("exit status: 3"), "{problem:?}");
         let none = ProgramSimulator::new("/none/rts-simulator").simulate(&scenario());
         assert_eq!(none.unwrap_err().code, "no-simulator");
+    }
+
+    #[test]
+    fn one_that_reads_nothing_holds_nobody_up() {
+        let mut large = scenario();
+        // More than a pipe takes.
+        large.notes = vec!["x".repeat(1024 * 1024)];
+        let problem = of_script(
+            "echo '{\"Err\":{\"type\":\"done\",\"title\":\"t\",\"status\":422}}'; exec >&-; sleep 600",
+            &large,
+        );
+        assert_eq!(problem.code, "done");
+        large.stop.stop();
+        let problem = of_script("sleep 600", &large);
+        assert!(problem.detail.contains("nobody"), "{problem:?}");
     }
 
     #[test]
