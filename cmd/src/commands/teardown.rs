@@ -17,6 +17,8 @@ use crate::local::plural;
 use crate::local::relays::{self, Patience, while_reached};
 use crate::session::Session;
 use crate::show::progress::Progress;
+use crate::show::timings;
+use crate::timings::Laps;
 
 /// How long a node must have been out of reach before it is no longer waited for.
 const OUT_OF_REACH: Duration = Duration::from_secs(3);
@@ -37,11 +39,25 @@ pub struct Args {
     /// How long to wait; the controller goes on after that
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
     timeout: Duration,
+    /// Show where the time went: what was waited for, in rtsctl, the controller and the agents
+    #[arg(long)]
+    timings: bool,
 }
 
 /// Asks, deletes, and follows until the system is gone.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
+    let mut laps = Laps::default();
+    let timings = args.timings;
+    let outcome = teardown(args, session, &mut laps).await;
+    match timings {
+        true => laps.told(outcome, session).await,
+        false => outcome,
+    }
+}
+
+async fn teardown(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
+    laps.lap("connect");
     let name = &args.name;
     let system = controller.system(name).await;
     let system = system.map_err(CliError::request(format!("find system/{name}")))?;
@@ -50,11 +66,15 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     if !args.yes {
         confirm(name, &components)?;
     }
+    laps.lap("find");
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
     let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
+    laps.lap(timings::TEARDOWN);
     let wait = while_reached(wait(deleted, start + args.timeout, &controller, session));
-    match or_interrupted(wait, session, &goes_on(name)).await? {
+    let gone = or_interrupted(wait, session, &goes_on(name)).await;
+    laps.lap(timings::FOLLOW);
+    match gone? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
             let text = match args.forget_node.as_slice() {
