@@ -87,8 +87,9 @@ impl Threads {
 
     /// Starts those that must be there before a module is opened, and does not wait for them.
     pub fn prepare(&self) {
-        self.connections.prepare();
-        self.pool.prepare();
+        // With its first connection and its first request as many are free.
+        self.connections.prepare_for(1);
+        self.pool.prepare_for(1);
         self.events.prepare();
     }
 }

@@ -93,6 +93,15 @@ pub fn read_answer<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, Frame
     read_within(MAX_ANSWER, from)
 }
 
+/// Whether [`read`] can read a frame of these bytes, or say that it is none, without more of them.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    let Some((header, body)) = bytes.split_first_chunk() else {
+        return false;
+    };
+    let length = u32::from_be_bytes(*header) as usize;
+    length > MAX_FRAME || length <= body.len()
+}
+
 fn read_within<T: DeserializeOwned>(limit: usize, from: &mut impl Read) -> Result<T, FrameError> {
     let mut header = [0; 4];
     let mut filled = 0;
@@ -161,6 +170,18 @@ mod tests {
                 ..
             })
         ));
+    }
+
+    #[test]
+    fn a_frame_is_whole_with_its_last_byte() {
+        let bytes = encode(&"hello").unwrap();
+        for cut in 0..bytes.len() {
+            assert!(!is_whole(&bytes[..cut]), "{cut}");
+        }
+        assert!(is_whole(&bytes));
+        assert!(is_whole(&[&bytes[..], &bytes[..2]].concat()));
+        // What is too long is refused before the rest comes.
+        assert!(is_whole(&u32::MAX.to_be_bytes()));
     }
 
     #[test]
