@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Kind, Node, System};
 
@@ -59,17 +60,14 @@ async fn teardown(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit
     let controller = session.connect().await?;
     laps.lap("connect");
     let name = &args.name;
-    let system = controller.system(name).await;
-    let system = system.map_err(CliError::request(format!("find system/{name}")))?;
-    nodes_are_known(&args.forget_node, &system, &controller).await?;
-    let components = plural("component", system.spec.components.len());
-    if !args.yes {
-        confirm(name, &components)?;
+    if !(args.yes && args.forget_node.is_empty()) {
+        check(&args, &controller).await?;
+        laps.lap("find");
     }
-    laps.lap("find");
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
-    let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
+    let deleted = deleted.map_err(failed(name))?;
+    let components = plural("component", deleted.spec.components.len());
     laps.lap(timings::TEARDOWN);
     let wait = while_reached(wait(deleted, start + args.timeout, &controller, session));
     let gone = or_interrupted(wait, session, &goes_on(name)).await;
@@ -102,6 +100,27 @@ async fn teardown(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit
                 seconds: args.timeout.as_secs_f64(),
             })
         }
+    }
+}
+
+/// Looks at the system before it is touched: its nodes are known, and whoever can be asked agrees.
+async fn check(args: &Args, controller: &Controller) -> Result<(), CliError> {
+    let name = &args.name;
+    let system = controller.system(name).await.map_err(failed(name))?;
+    nodes_are_known(&args.forget_node, &system, controller).await?;
+    if args.yes {
+        return Ok(());
+    }
+    let components = plural("component", system.spec.components.len());
+    confirm(name, &components)
+}
+
+/// What was tried: a system that is not there was looked for in vain.
+fn failed(name: &str) -> impl FnOnce(ClientError) -> CliError {
+    move |error| {
+        let is_missing = matches!(&error, ClientError::Problem(problem) if problem.status == 404);
+        let what = if is_missing { "find" } else { "take down" };
+        CliError::request(format!("{what} system/{name}"))(error)
     }
 }
 

@@ -31,14 +31,17 @@ struct Stretch<'a> {
     end: u64,
 }
 
-/// How far inside a span is: what a program asks of another is inside of the asking.
+/// How far inside a span is: what a program asks of another is inside of the asking. A disk is waited for where nothing
+/// else is done meanwhile.
 fn inside(span: &TimedSpan) -> (u8, u32) {
-    let program = match span.program.as_str() {
-        OWN => 0,
-        "controller" => 1,
-        _ => 2,
+    let rank = match (span.program.as_str(), span.what.as_str()) {
+        (OWN, _) => 0,
+        ("controller", "node specs" | "send") => 1,
+        (_, "store" | "ledger") => 2,
+        ("controller", _) => 3,
+        _ => 4,
     };
-    (program, span.depth)
+    (rank, span.depth)
 }
 
 /// The parts of a span that may have been waited for. The controller answers a request with some spans, and carries out
@@ -247,6 +250,8 @@ mod tests {
             span("controller", "node specs", 0, 2_100, 3_000),
             span("controller", "run", 0, 3_000, 8_000),
             span("agent a", "StopManager", 0, 4_000, 7_500),
+            // Nothing waits for its disk, but at the end.
+            span("agent a", "ledger", 0, 2_900, 8_500),
             span("rtsctl", "follow", 0, 6_000, 9_000),
         ];
         insta::assert_snapshot!(text(&spans, 0, 9_000));
