@@ -121,7 +121,27 @@ fn read_within<T: DeserializeOwned>(limit: usize, from: &mut impl Read) -> Resul
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        /// What is whole is read, or refused, without more bytes; what is not is not.
+        #[test]
+        fn whole_is_what_needs_no_more(
+            length in prop_oneof![0_u32..20, any::<u32>()],
+            body in proptest::collection::vec(any::<u8>(), 0..24),
+            cut in 0_usize..30,
+        ) {
+            let bytes = [&length.to_be_bytes()[..], &body].concat();
+            let bytes = &bytes[..cut.min(bytes.len())];
+            let starved = matches!(
+                read::<u8>(&mut &bytes[..]),
+                Err(FrameError::Closed | FrameError::Io(_))
+            );
+            prop_assert_eq!(is_whole(bytes), !starved);
+        }
+    }
 
     #[test]
     fn a_frame_comes_back_as_it_went() {
