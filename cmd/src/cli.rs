@@ -1,5 +1,7 @@
 //! The arguments of the whole program, and which verb they mean.
 
+mod frequent;
+
 use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
@@ -30,6 +32,13 @@ pub struct Cli {
     /// The verb.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// Reads the arguments of the program.
+    pub fn read() -> Result<Self, clap::Error> {
+        frequent::read(std::env::args_os()).map_or_else(Self::try_parse, Ok)
+    }
 }
 
 /// The exit codes in words.

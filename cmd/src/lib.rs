@@ -18,13 +18,11 @@ pub mod timings;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 /// Parses the arguments, runs the verb, prints the error if there is one, and gives the exit status.
 pub fn main() -> ExitCode {
     // The clock of `--timings` begins.
     let _ = rts_host::timing::now();
-    let cli = match cli::Cli::try_parse() {
+    let cli = match cli::Cli::read() {
         Ok(cli) => cli,
         Err(e) => {
             // A closed stdout is no reason to fail: the reader has what it wanted.

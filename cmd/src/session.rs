@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rts_controller_api::client::Controller;
@@ -31,6 +32,8 @@ pub struct Session {
     pub out: Output,
     /// The local controller's, once it was asked something.
     pub(crate) local: OnceLock<Client>,
+    /// The local controller has answered, a moment ago.
+    pub(crate) answered: AtomicBool,
 }
 
 impl Session {
@@ -42,6 +45,7 @@ impl Session {
             controller: controller.filter(|socket| !socket.as_os_str().is_empty()),
             out,
             local: OnceLock::new(),
+            answered: AtomicBool::new(false),
         })
     }
 
@@ -119,6 +123,15 @@ impl Session {
             }
         };
         Ok(Controller::new(client.within(timeout)))
+    }
+
+    /// Asks the local controller for a sign of life while something else is done that takes time.
+    pub async fn ask_ahead(&self) {
+        if self.controller.is_none() {
+            // Who needs it asks again, and says what is wrong.
+            let answers = self.local_answers().await.unwrap_or(false);
+            self.answered.store(answers, Ordering::Relaxed);
+        }
     }
 
     /// The local controller answers.

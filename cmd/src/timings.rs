@@ -7,6 +7,8 @@ use rts_controller_api::client::Controller;
 use rts_host::timing::now;
 
 use crate::error::CliError;
+use crate::exit::Exit;
+use crate::session::Session;
 use crate::show::timings;
 
 /// Added to the time that is asked for: clocks are read one after the other.
@@ -34,13 +36,29 @@ impl Laps {
         self.last = end;
     }
 
-    /// None has ended.
-    pub fn is_empty(&self) -> bool {
-        self.spans.is_empty()
+    /// Prints them behind the outcome of a command, however it ended.
+    pub async fn told(
+        self,
+        outcome: Result<Exit, CliError>,
+        session: &Session,
+    ) -> Result<Exit, CliError> {
+        if self.spans.is_empty() {
+            return outcome;
+        }
+        match self.print(session).await {
+            // Of two errors the first one matters.
+            Err(e) if outcome.is_ok() => Err(e),
+            _ => outcome,
+        }
+    }
+
+    async fn print(self, session: &Session) -> Result<(), CliError> {
+        let text = self.text(&session.connect().await?).await?;
+        session.out.result(&text)
     }
 
     /// The laps and what was done meanwhile, as text.
-    pub async fn text(mut self, controller: &Controller) -> Result<String, CliError> {
+    async fn text(mut self, controller: &Controller) -> Result<String, CliError> {
         let asked = now();
         let told = controller.timings(asked + MARGIN).await;
         let told = told.map_err(CliError::request("ask where the time went"))?;

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use rts_manager_api::control::{FromManager, Greeting, Request};
-use rts_manager_api::frame;
+use rts_manager_api::frame::{self, FrameError};
 use rts_manager_api::zygote::{self, Become, Fork, FromZygote};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -12,6 +12,12 @@ fuzz_target!(|bytes: &[u8]| {
     all::<Request>(bytes);
     all::<FromManager>(bytes);
     all::<Become>(bytes);
+    // What is whole is read, or refused, without more bytes.
+    let starved = matches!(
+        frame::read::<Request>(&mut &bytes[..]),
+        Err(FrameError::Closed | FrameError::Io(_))
+    );
+    assert_eq!(frame::is_whole(bytes), !starved);
     let _ = zygote::decode::<Fork>(bytes);
     let _ = zygote::decode::<FromZygote>(bytes);
 });

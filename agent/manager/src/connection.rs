@@ -1,9 +1,10 @@
 //! A connection: the greeting that decides what it is, and the life of a control connection.
 
-use std::io::BufReader;
+mod asked;
+
+use std::io::{BufReader, Write};
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ use rts_manager_api::{PROTOCOL_VERSION, speaks};
 use serde::Deserialize;
 use serde_json::Value;
 
+use self::asked::Asked;
 use crate::data::accept;
 use crate::failure::{internal, invalid};
 use crate::pool::Full;
@@ -29,6 +31,10 @@ const GREETING: Duration = Duration::from_secs(2);
 const SENDING: Duration = Duration::from_secs(2);
 /// Longest deadline that is kept.
 const MAX_DEADLINE: Duration = Duration::from_secs(3600);
+/// Most requests that one thread carries out together.
+const MAX_TOGETHER: usize = 64;
+/// Bytes of requests that are read at once.
+const BUFFER: usize = 64 * 1024;
 
 /// The sending half of a control connection.
 pub struct Connection {
@@ -78,7 +84,7 @@ fn control(stream: UnixStream, version: u32, shared: &Arc<Shared>) -> Result<(),
         return Ok(());
     };
     stream.set_read_timeout(None)?;
-    let mut reader = BufReader::new(stream.try_clone()?);
+    let mut reader = BufReader::with_capacity(BUFFER, stream.try_clone()?);
     let connection = Arc::new(Connection {
         writer: Mutex::new(stream),
     });
@@ -105,51 +111,104 @@ fn read_requests(
     shared: &Arc<Shared>,
 ) -> Result<(), FrameError> {
     loop {
-        let envelope: Envelope = frame::read(reader)?;
-        let id = envelope.id;
-        let patience = Duration::from_millis(envelope.deadline_ms).min(MAX_DEADLINE);
-        let deadline = Instant::now() + patience;
-        let body = match serde_json::from_value(envelope.body) {
-            Ok(body) => body,
-            Err(error) => {
-                let message = format!("this manager does not understand the request: {error}");
-                connection.respond(id, Err(invalid(message)));
-                continue;
-            }
-        };
-        if matches!(body, RequestBody::Inventory | RequestBody::Factories) {
-            // They wait for nothing, so they need no thread.
-            connection.respond(id, requests::handle(&shared.manager, body, deadline));
-            continue;
+        let mut burst = Burst::default();
+        let first = frame::read(reader)?;
+        sort(first, connection, shared, &mut burst);
+        // What is here already was asked at once.
+        while burst.len() < MAX_TOGETHER && frame::is_whole(reader.buffer()) {
+            let next = frame::read(reader)?;
+            sort(next, connection, shared, &mut burst);
         }
-        let job = {
-            let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
-            move || answer(&connection, &shared, id, body, deadline)
-        };
-        let may_grow = shared.manager.may_start_threads();
-        if let Err(Full) = shared.manager.pool.run(may_grow, job) {
+        hand_over(burst.short, connection, shared, asked::answer);
+        hand_over(burst.loads, connection, shared, asked::answer_each);
+    }
+}
+
+/// Answers what takes no time, gives a thread to what waits, and leaves the rest for one thread together.
+fn sort(envelope: Envelope, connection: &Arc<Connection>, shared: &Arc<Shared>, burst: &mut Burst) {
+    let id = envelope.id;
+    let patience = Duration::from_millis(envelope.deadline_ms).min(MAX_DEADLINE);
+    let deadline = Instant::now() + patience;
+    let body = match serde_json::from_value(envelope.body) {
+        Ok(body) => body,
+        Err(error) => {
+            let message = format!("this manager does not understand the request: {error}");
+            return connection.respond(id, Err(invalid(message)));
+        }
+    };
+    if matches!(body, RequestBody::Inventory | RequestBody::Factories) {
+        // They wait for nothing, so they need no thread.
+        return connection.respond(id, requests::handle(&shared.manager, body, deadline));
+    }
+    let is_short = requests::begins_at_once(&body);
+    let asked = Asked { id, body, deadline };
+    match asked.body {
+        _ if is_short => burst.short.push(asked),
+        RequestBody::LoadModule { .. } => burst.loads.push(asked),
+        _ => hand_over(vec![asked], connection, shared, asked::answer),
+    }
+}
+
+/// Requests that were asked at once and are carried out on one thread.
+#[derive(Default)]
+struct Burst {
+    /// They are begun at once.
+    short: Vec<Asked>,
+    /// Modules are opened one after the other, whoever does it.
+    loads: Vec<Asked>,
+}
+
+impl Burst {
+    fn len(&self) -> usize {
+        self.short.len() + self.loads.len()
+    }
+}
+
+/// Gives requests to one thread.
+fn hand_over(
+    asked: Vec<Asked>,
+    connection: &Arc<Connection>,
+    shared: &Arc<Shared>,
+    answer: impl FnOnce(Vec<Asked>, &Connection, &Shared) + Send + 'static,
+) {
+    if asked.is_empty() {
+        return;
+    }
+    let ids: Vec<u64> = asked.iter().map(|asked| asked.id).collect();
+    let job = {
+        let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
+        move || answer(asked, &connection, &shared)
+    };
+    let may_grow = shared.manager.may_start_threads();
+    if let Err(Full) = shared.manager.pool.run(may_grow, job) {
+        for id in ids {
             connection.respond(id, Err(internal("too many requests are under way")));
         }
     }
 }
 
-fn answer(connection: &Connection, shared: &Shared, id: u64, body: RequestBody, deadline: Instant) {
-    let ends = matches!(body, RequestBody::Shutdown);
-    let handled = catch_unwind(AssertUnwindSafe(|| {
-        requests::handle(&shared.manager, body, deadline)
-    }));
-    let result = handled.unwrap_or_else(|_| {
-        Err(internal(
-            "the manager failed at this request; its log says where",
-        ))
-    });
-    connection.respond(id, result);
-    if ends {
-        shared.end();
-    }
-}
-
 impl Connection {
+    /// Answers several requests in one go.
+    fn respond_all(&self, answers: Vec<(u64, Result<ResponseBody, Failure>)>) {
+        let mut bytes = Vec::new();
+        for (id, result) in answers {
+            let response = FromManager::Response(Response { id, result });
+            match frame::write_answer(&mut bytes, &response) {
+                Ok(()) => {}
+                // Alone, it is told why.
+                Err(_) => match response {
+                    FromManager::Response(Response { id, result }) => self.respond(id, result),
+                    FromManager::Changed(_) => {}
+                },
+            }
+        }
+        let writer = lock(&self.writer);
+        let mut timed = Timed::new(&writer, Instant::now() + SENDING);
+        let sent = timed.write_all(&bytes).and_then(|()| timed.flush());
+        drop(writer);
+        self.judge(sent.map_err(FrameError::from));
+    }
+
     fn respond(&self, id: u64, result: Result<ResponseBody, Failure>) {
         let response = FromManager::Response(Response { id, result });
         match self.transmit(&response) {

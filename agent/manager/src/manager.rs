@@ -24,8 +24,10 @@ use crate::tap;
 const MAX_COMPONENTS: usize = 4096;
 /// Outgoing data connections, a thread each.
 const MAX_DATA: usize = 1024;
-/// Threads of each pool that are ready before they are needed.
-const SPARE_THREADS: usize = 4;
+/// Threads of each pool that are ready before they are needed: for one who still wants something of a manager in which an
+/// initialiser hangs, and for his order to end it. What is asked at once takes one, however much it is, and each costs a
+/// process a tenth of its start and its end.
+const SPARE_THREADS: usize = 2;
 /// Requests that may be under way at once.
 const MAX_REQUESTS: usize = 64;
 /// Control connections.
@@ -87,8 +89,9 @@ impl Threads {
 
     /// Starts those that must be there before a module is opened, and does not wait for them.
     pub fn prepare(&self) {
-        self.connections.prepare();
-        self.pool.prepare();
+        // With its first connection and its first request as many are free.
+        self.connections.prepare_for(1);
+        self.pool.prepare_for(1);
         self.events.prepare();
     }
 }

@@ -73,8 +73,13 @@ impl Pool {
 
     /// Starts the threads that are kept ready, as far as they are not there, and does not wait for them.
     pub fn prepare(&self) {
+        self.prepare_for(0);
+    }
+
+    /// The same, and threads for so many jobs that will come.
+    pub fn prepare_for(&self, jobs: usize) {
         let mut state = lock(&self.shared.state);
-        let wanted = state.jobs.len() + self.shared.spare;
+        let wanted = state.jobs.len() + jobs + self.shared.spare;
         self.grow(&mut state, wanted);
     }
 

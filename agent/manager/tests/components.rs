@@ -9,10 +9,68 @@ mod support;
 mod taps;
 
 use std::collections::BTreeMap;
+use std::io::{BufReader, Write};
 use std::time::Duration;
 
 use rts_manager_api::control::*;
+use rts_manager_api::{PROTOCOL_VERSION, frame};
 use support::*;
+
+/// What is asked at once is answered as it ends: nobody waits for what takes longer, and a mistake is that request's own.
+#[test]
+fn requests_that_come_together_end_each_for_itself() {
+    let manager = start("m");
+    manager.create("Before", &[]);
+    let (mut stream, mut bytes) = (manager.connect(), Vec::new());
+    let greeting = Greeting::Control {
+        version: PROTOCOL_VERSION,
+    };
+    frame::write(&mut bytes, &greeting).unwrap();
+    let hang = ("hang_ms", "600000");
+    let requests = [
+        (
+            manager.testmod("Late", &[hang, ("hang", "on_initialize")]),
+            300,
+        ),
+        (manager.testmod("A", &[]), 10_000),
+        (activate("Nobody"), 10_000),
+        (activate("Before"), 10_000),
+        (manager.testmod("B", &[]), 10_000),
+    ];
+    for (id, (body, deadline_ms)) in (1..).zip(requests) {
+        let request = Request {
+            id,
+            deadline_ms,
+            body,
+        };
+        frame::write(&mut bytes, &request).unwrap();
+    }
+    stream.write_all(&bytes).unwrap();
+    let mut reader = BufReader::new(stream);
+    let _: Hello = frame::read(&mut reader).unwrap();
+    let mut answers = Vec::new();
+    while answers.len() < 5 {
+        if let FromManager::Response(response) = frame::read_answer(&mut reader).unwrap() {
+            answers.push(response);
+        }
+    }
+    assert_eq!(answers[4].id, 1, "it is the last one: {answers:#?}");
+    answers.sort_by_key(|answer| answer.id);
+    let refusals = |answer: &Response| answer.result.as_ref().err().map(|failure| failure.code);
+    assert_eq!(
+        answers.iter().map(refusals).collect::<Vec<_>>(),
+        [
+            Some(FailureCode::Deadline),
+            None,
+            Some(FailureCode::NotFound),
+            None,
+            None
+        ]
+    );
+    let mut client = manager.client();
+    assert_eq!(component(&mut client, "Before").state, "Active");
+    assert_eq!(component(&mut client, "B").state, "Inactive");
+}
 
 #[test]
 fn a_component_lives_and_is_seen() {

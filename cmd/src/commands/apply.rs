@@ -6,6 +6,7 @@ mod wait;
 
 use std::time::{Duration, Instant};
 
+use futures_util::future::join;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Phase, System, Waiting};
 use rts_controller_api::requests::{ApplyResult, PlanResult};
@@ -65,23 +66,14 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
     let mut laps = Laps::default();
     let timings = args.timings;
     let outcome = apply(args, session, &mut laps).await;
-    if !timings || laps.is_empty() {
-        return outcome;
+    match timings {
+        true => laps.told(outcome, session).await,
+        false => outcome,
     }
-    match tell_timings(laps, session).await {
-        // Of two errors the first one matters.
-        Err(e) if outcome.is_ok() => Err(e),
-        _ => outcome,
-    }
-}
-
-async fn tell_timings(laps: Laps, session: &Session) -> Result<(), CliError> {
-    let text = laps.text(&session.connect().await?).await?;
-    session.out.result(&text)
 }
 
 async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, CliError> {
-    let (input, saved) = match args.input.load_any(&session.out)? {
+    let (input, saved) = match read(&args, session).await? {
         Source::System(input) => (*input, None),
         Source::Saved(saved) => (Input::saved(&saved), Some(saved)),
     };
@@ -118,6 +110,19 @@ async fn apply(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, C
     let outcome = follow(result, start, args.timeout, &controller, session).await;
     laps.lap(timings::FOLLOW);
     outcome
+}
+
+/// Reads the files. Meanwhile the local controller is asked whether it is there, which takes as long.
+async fn read(args: &Args, session: &Session) -> Result<Source, CliError> {
+    if args.dry_run {
+        return args.input.load_any(&session.out);
+    }
+    let (input, out) = (args.input.clone(), session.out);
+    let read = tokio::task::spawn_blocking(move || input.load_any(&out));
+    match join(read, session.ask_ahead()).await.0 {
+        Ok(read) => read,
+        Err(failed) => std::panic::resume_unwind(failed.into_panic()),
+    }
 }
 
 /// Checks a plan; one that is refused is shown.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use rts_controller_api::ClientError;
 use rts_controller_api::client::Controller;
 use rts_controller_api::objects::{Kind, Node, System};
 
@@ -17,6 +18,8 @@ use crate::local::plural;
 use crate::local::relays::{self, Patience};
 use crate::session::Session;
 use crate::show::progress::Progress;
+use crate::show::timings;
+use crate::timings::Laps;
 
 /// How long a node must have been out of reach before it is no longer waited for.
 const OUT_OF_REACH: Duration = Duration::from_secs(3);
@@ -37,25 +40,40 @@ pub struct Args {
     /// How long to wait; the controller goes on after that
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
     timeout: Duration,
+    /// Show where the time went: what was waited for, in rtsctl, the controller and the agents
+    #[arg(long)]
+    timings: bool,
 }
 
 /// Asks, deletes, and follows until the system is gone.
 pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
+    let mut laps = Laps::default();
+    let timings = args.timings;
+    let outcome = teardown(args, session, &mut laps).await;
+    match timings {
+        true => laps.told(outcome, session).await,
+        false => outcome,
+    }
+}
+
+async fn teardown(args: Args, session: &Session, laps: &mut Laps) -> Result<Exit, CliError> {
     let controller = session.connect().await?;
+    laps.lap("connect");
     let name = &args.name;
-    let system = controller.system(name).await;
-    let system = system.map_err(CliError::request(format!("find system/{name}")))?;
-    nodes_are_known(&args.forget_node, &system, &controller).await?;
-    let components = plural("component", system.spec.components.len());
-    if !args.yes {
-        confirm(name, &components)?;
+    if !(args.yes && args.forget_node.is_empty()) {
+        check(&args, &controller).await?;
+        laps.lap("find");
     }
     let start = Instant::now();
     let deleted = controller.delete_but(name, &args.forget_node).await;
-    let deleted = deleted.map_err(CliError::request(format!("take down system/{name}")))?;
+    let deleted = deleted.map_err(failed(name))?;
+    let components = plural("component", deleted.spec.components.len());
     let goes_on = goes_on(name, &deleted.status.nodes);
+    laps.lap(timings::TEARDOWN);
     let wait = wait(deleted, start + args.timeout, &controller, session);
-    match or_interrupted(wait, session, &goes_on).await? {
+    let gone = or_interrupted(wait, session, &goes_on).await;
+    laps.lap(timings::FOLLOW);
+    match gone? {
         None => {
             let seconds = start.elapsed().as_secs_f64();
             let text = match args.forget_node.as_slice() {
@@ -89,6 +107,27 @@ pub async fn run(args: Args, session: &Session) -> Result<Exit, CliError> {
                 nodes: system.status.nodes.into(),
             })
         }
+    }
+}
+
+/// Looks at the system before it is touched: its nodes are known, and whoever can be asked agrees.
+async fn check(args: &Args, controller: &Controller) -> Result<(), CliError> {
+    let name = &args.name;
+    let system = controller.system(name).await.map_err(failed(name))?;
+    nodes_are_known(&args.forget_node, &system, controller).await?;
+    if args.yes {
+        return Ok(());
+    }
+    let components = plural("component", system.spec.components.len());
+    confirm(name, &components)
+}
+
+/// What was tried: a system that is not there was looked for in vain.
+fn failed(name: &str) -> impl FnOnce(ClientError) -> CliError {
+    move |error| {
+        let is_missing = matches!(&error, ClientError::Problem(problem) if problem.status == 404);
+        let what = if is_missing { "find" } else { "take down" };
+        CliError::request(format!("{what} system/{name}"))(error)
     }
 }
 

@@ -7,6 +7,7 @@ use std::fs::{File, OpenOptions};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use futures_util::future::{join, join_all};
@@ -233,6 +234,10 @@ pub(super) fn open_log(path: &Path) -> Result<File, LocalError> {
 async fn answers_or_dies(session: &Session) -> Result<bool, CliError> {
     let home = &session.home;
     let end = Instant::now() + READY;
+    // Asked before the home was locked: it may have been stopped since, but not while it holds its lock.
+    if session.answered.swap(false, Ordering::Relaxed) && is_held(&home.controller_lock())? {
+        return Ok(true);
+    }
     loop {
         if session.local_answers().await? {
             return Ok(true);
@@ -336,6 +341,7 @@ mod tests {
             controller: None,
             out: crate::output::Output::new(&globals),
             local: Default::default(),
+            answered: Default::default(),
         }
     }
 

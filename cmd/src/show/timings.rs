@@ -14,12 +14,14 @@ const SHOWN: u64 = 100;
 pub const OWN: &str = "rtsctl";
 /// The lap in which the controller plans.
 pub const PLAN: &str = "plan";
-/// The lap in which the controller stores.
+/// The lap in which the controller stores what is to run.
 pub const APPLY: &str = "apply";
+/// The lap in which the controller stores that nothing is to run any more.
+pub const TEARDOWN: &str = "teardown";
 /// The lap in which the controller carries out what it has stored.
 pub const FOLLOW: &str = "follow";
-const ASKING: [&str; 2] = [PLAN, APPLY];
-const ALL: [&str; 3] = [PLAN, APPLY, FOLLOW];
+const ASKING: [&str; 3] = [PLAN, APPLY, TEARDOWN];
+const ALL: [&str; 4] = [PLAN, APPLY, TEARDOWN, FOLLOW];
 
 /// A stretch of time, and what was waited for in it: nothing that is known, or the innermost span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,26 +31,36 @@ struct Stretch<'a> {
     end: u64,
 }
 
-/// How far inside a span is: what a program asks of another is inside of the asking.
+/// How far inside a span is: what a program asks of another is inside of the asking. A disk is waited for where nothing
+/// else is done meanwhile.
 fn inside(span: &TimedSpan) -> (u8, u32) {
-    let program = match span.program.as_str() {
-        OWN => 0,
-        "controller" => 1,
-        _ => 2,
+    let rank = match (span.program.as_str(), span.what.as_str()) {
+        (OWN, _) => 0,
+        ("controller", "node specs" | "send") => 1,
+        (_, "store" | "ledger") => 2,
+        ("controller", _) => 3,
+        _ => 4,
     };
-    (program, span.depth)
+    (rank, span.depth)
 }
 
 /// The parts of a span that may have been waited for. The controller answers a request with some spans, and carries out
-/// what was stored with others; both go on for earlier commands too, while `rtsctl` does something else.
-fn waited<'a>(span: &TimedSpan, laps: impl Iterator<Item = &'a TimedSpan>) -> Vec<TimedSpan> {
+/// what was stored with others, which begin while it is being stored; both go on for earlier commands too, while `rtsctl`
+/// does something else.
+fn waited<'a>(
+    span: &TimedSpan,
+    laps: impl Iterator<Item = &'a TimedSpan>,
+    counts: Option<u64>,
+) -> Vec<TimedSpan> {
     if span.program == OWN {
         return vec![span.clone()];
     }
+    let carries_out = || counts.is_some_and(|counts| span.start >= counts);
     let answers = match span.what.as_str() {
         "modules" | "decide" => &ASKING[..],
         "store" if span.of.starts_with("system/") => &ASKING[..],
         "look" => &ALL[..],
+        _ if carries_out() => &ALL[..],
         _ => &[FOLLOW],
     };
     laps.filter(|lap| answers.contains(&lap.what.as_str()))
@@ -59,6 +71,16 @@ fn waited<'a>(span: &TimedSpan, laps: impl Iterator<Item = &'a TimedSpan>) -> Ve
         })
         .filter(|part| part.start < part.end)
         .collect()
+}
+
+/// When what is asked for began to count: it was decided, and began to be stored.
+fn counts(spans: &[TimedSpan]) -> Option<u64> {
+    let mut laps = spans.iter().filter(|span| span.program == OWN);
+    let asked = laps.find(|lap| lap.what == APPLY || lap.what == TEARDOWN)?;
+    let stores = |span: &&TimedSpan| span.what == "store" && span.of.starts_with("system/");
+    let within = |span: &&TimedSpan| asked.start <= span.start && span.start < asked.end;
+    let stores = spans.iter().filter(stores).filter(within);
+    stores.map(|span| span.start).min()
 }
 
 /// Goes back from the end: what ended last was waited for, and before it began whatever ended last then.
@@ -91,7 +113,8 @@ fn critical_path(spans: &[TimedSpan], begin: u64, end: u64) -> Vec<Stretch<'_>> 
 /// The path and the sums, times in milliseconds since `begin`.
 pub fn text(spans: &[TimedSpan], begin: u64, end: u64) -> String {
     let laps = || spans.iter().filter(|span| span.program == OWN);
-    let parts = spans.iter().flat_map(|span| waited(span, laps()));
+    let counts = counts(spans);
+    let parts = spans.iter().flat_map(|span| waited(span, laps(), counts));
     let parts: Vec<TimedSpan> = parts.collect();
     let path = critical_path(&parts, begin, end);
     let mut on_path = Table::new(&["START", "TOOK", "WHO", "WHAT"]);
@@ -210,6 +233,28 @@ mod tests {
             span("agent a", "Create", 0, 15_000, 17_000),
         ];
         insta::assert_snapshot!(text(&spans, 0, 20_000));
+    }
+
+    #[test]
+    fn what_is_carried_out_while_it_is_stored_was_waited_for() {
+        let of = |of: &str, span: TimedSpan| TimedSpan {
+            of: of.to_owned(),
+            ..span
+        };
+        let spans = [
+            span("rtsctl", "connect", 0, 0, 1_000),
+            span("rtsctl", "teardown", 0, 1_000, 6_000),
+            // For another one: it began before ours counted.
+            span("controller", "run", 0, 1_200, 5_000),
+            of("system/x", span("controller", "store", 0, 2_000, 3_500)),
+            span("controller", "node specs", 0, 2_100, 3_000),
+            span("controller", "run", 0, 3_000, 8_000),
+            span("agent a", "StopManager", 0, 4_000, 7_500),
+            // Nothing waits for its disk, but at the end.
+            span("agent a", "ledger", 0, 2_900, 8_500),
+            span("rtsctl", "follow", 0, 6_000, 9_000),
+        ];
+        insta::assert_snapshot!(text(&spans, 0, 9_000));
     }
 
     proptest! {

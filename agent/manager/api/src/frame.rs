@@ -93,6 +93,15 @@ pub fn read_answer<T: DeserializeOwned>(from: &mut impl Read) -> Result<T, Frame
     read_within(MAX_ANSWER, from)
 }
 
+/// Whether [`read`] can read a frame of these bytes, or say that it is none, without more of them.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    let Some((header, body)) = bytes.split_first_chunk() else {
+        return false;
+    };
+    let length = u32::from_be_bytes(*header) as usize;
+    length > MAX_FRAME || length <= body.len()
+}
+
 fn read_within<T: DeserializeOwned>(limit: usize, from: &mut impl Read) -> Result<T, FrameError> {
     let mut header = [0; 4];
     let mut filled = 0;
@@ -112,7 +121,27 @@ fn read_within<T: DeserializeOwned>(limit: usize, from: &mut impl Read) -> Resul
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        /// What is whole is read, or refused, without more bytes; what is not is not.
+        #[test]
+        fn whole_is_what_needs_no_more(
+            length in prop_oneof![0_u32..20, any::<u32>()],
+            body in proptest::collection::vec(any::<u8>(), 0..24),
+            cut in 0_usize..30,
+        ) {
+            let bytes = [&length.to_be_bytes()[..], &body].concat();
+            let bytes = &bytes[..cut.min(bytes.len())];
+            let starved = matches!(
+                read::<u8>(&mut &bytes[..]),
+                Err(FrameError::Closed | FrameError::Io(_))
+            );
+            prop_assert_eq!(is_whole(bytes), !starved);
+        }
+    }
 
     #[test]
     fn a_frame_comes_back_as_it_went() {
@@ -161,6 +190,18 @@ mod tests {
                 ..
             })
         ));
+    }
+
+    #[test]
+    fn a_frame_is_whole_with_its_last_byte() {
+        let bytes = encode(&"hello").unwrap();
+        for cut in 0..bytes.len() {
+            assert!(!is_whole(&bytes[..cut]), "{cut}");
+        }
+        assert!(is_whole(&bytes));
+        assert!(is_whole(&[&bytes[..], &bytes[..2]].concat()));
+        // What is too long is refused before the rest comes.
+        assert!(is_whole(&u32::MAX.to_be_bytes()));
     }
 
     #[test]

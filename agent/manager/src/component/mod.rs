@@ -11,6 +11,7 @@ mod loss;
 mod member;
 mod order;
 mod realtime;
+mod reply;
 mod run;
 mod spawn;
 mod steps;
@@ -19,8 +20,8 @@ mod together;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock};
+use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 use rts_manager_api::control::{
@@ -35,7 +36,9 @@ pub use self::context::{Contexts, ExecutionContext};
 pub use self::lifecycle::State;
 use self::loss::Loss;
 pub use self::loss::policy;
-pub use self::spawn::spawn;
+pub use self::reply::Pending;
+use self::reply::{Missing, Reply, reply};
+pub use self::spawn::begin;
 use self::timing::Timing;
 use crate::data::connector::Connector;
 use crate::data::in_port::InPort;
@@ -161,8 +164,6 @@ pub struct Command {
     reply: Reply,
 }
 
-type Reply = SyncSender<Result<(), Failure>>;
-
 /// What to do with a component.
 #[derive(Debug, Clone)]
 pub enum Action {
@@ -213,38 +214,44 @@ impl Change {
     }
 }
 
-/// An answer that is being waited for.
-pub struct Pending {
-    answer: std::sync::mpsc::Receiver<Result<(), Failure>>,
-    deadline: Instant,
-}
-
 impl Component {
-    /// Hands a request to its thread.
-    pub fn ask(self: &Arc<Self>, action: Action, deadline: Instant) -> Result<Pending, Failure> {
-        let (reply, answer) = sync_channel(1);
+    /// Hands a request to its thread, which unparks the `waker` when it has answered.
+    pub fn ask(
+        self: &Arc<Self>,
+        action: Action,
+        deadline: Instant,
+        waker: Option<Thread>,
+    ) -> Result<Pending, Failure> {
+        let (reply, pending) = reply(deadline, waker);
         self.tell(Order::Obey(Command {
             component: Arc::clone(self),
             action,
             deadline,
             reply,
         }))?;
-        Ok(Pending { answer, deadline })
+        Ok(pending)
     }
 
     /// Waits for an answer until the request's deadline.
     pub fn wait(&self, pending: &Pending) -> Result<(), Failure> {
-        let left = pending.deadline.saturating_duration_since(Instant::now());
-        match pending.answer.recv_timeout(left) {
-            Ok(result) => result,
-            Err(RecvTimeoutError::Timeout) => Err(self.late("did not answer in time")),
-            Err(RecvTimeoutError::Disconnected) => Err(self.gone()),
+        let missing = |missing| self.unanswered(missing);
+        pending.wait().unwrap_or_else(|e| Err(missing(e)))
+    }
+
+    /// The answer if there is one by now, or when it is too late for one.
+    pub fn look(&self, pending: &Pending) -> Option<Result<(), Failure>> {
+        match pending.look() {
+            Ok(answer) => Some(answer),
+            Err(Missing::Yet) => None,
+            Err(missing) => Some(Err(self.unanswered(missing))),
         }
     }
 
-    /// Asks and waits.
-    pub fn call(self: &Arc<Self>, action: Action, deadline: Instant) -> Result<(), Failure> {
-        self.wait(&self.ask(action, deadline)?)
+    fn unanswered(&self, missing: Missing) -> Failure {
+        match missing {
+            Missing::Yet | Missing::Late => self.late("did not answer in time"),
+            Missing::Gone => self.gone(),
+        }
     }
 
     /// The answer to a request that has not been carried out in time.

@@ -205,9 +205,9 @@ impl<'a> Runner<'a> {
         });
         self.forget(&component);
         component.log.write(Level::Info, "deleted");
-        let told = match reply {
-            Some(reply) if reply.send(Ok(())).is_ok() => return,
-            Some(_) => "was deleted after its deadline",
+        let told = match reply.map(|reply| reply.send(Ok(()))) {
+            Some(Ok(())) => return,
+            Some(Err(_)) => "was deleted after its deadline",
             None => "was deleted after the loss of a peer",
         };
         let events = &self.manager.events;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, OnceLock};
-use std::thread;
+use std::thread::{self, Thread};
 use std::time::Instant;
 
 use jiff::Timestamp;
@@ -15,7 +15,7 @@ use rts_schemas::system::rate_problem;
 use super::context::{NewOrders, WantedRate};
 use super::{
     Component, Configuration, Identity, Joining, Order, Pending, PortEnd, State, Status, Timing,
-    policy, run,
+    policy, reply, run,
 };
 use crate::data::in_port::InPort;
 use crate::data::out_port::OutPort;
@@ -24,13 +24,14 @@ use crate::log_file::LogFile;
 use crate::manager::Manager;
 use crate::module::{Direction, Execution, Module};
 
-/// Makes a component, makes it known under its name, and waits until it is initialised.
-pub fn spawn(
+/// Makes a component, makes it known under its name, and has its thread initialise it, which unparks the `waker` then.
+pub fn begin(
     manager: &Arc<Manager>,
     module: Arc<Module>,
     request: &CreateRequest,
     deadline: Instant,
-) -> Result<String, Failure> {
+    waker: Option<Thread>,
+) -> Result<(Arc<Component>, Pending), Failure> {
     check(request)?;
     let execution = execution(request, &module)?;
     let configuration = Configuration::new(&module.parameters, &module.limits)
@@ -83,7 +84,7 @@ pub fn spawn(
             });
         }
     }
-    let (reply, answer) = sync_channel(1);
+    let (reply, pending) = reply(deadline, waker);
     let joining = Joining {
         component: Arc::clone(&component),
         rate: wanted,
@@ -92,8 +93,7 @@ pub fn spawn(
         reply,
     };
     join(manager, joining, orders)?;
-    let made = component.wait(&Pending { answer, deadline });
-    made.map(|()| component.identity.incarnation.clone())
+    Ok((component, pending))
 }
 
 /// Makes a component known and hands it to its execution context, which gets its thread with the first one.

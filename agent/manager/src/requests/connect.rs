@@ -92,6 +92,13 @@ pub fn connect(
     connected.map(|()| ResponseBody::Done)
 }
 
+/// Whether to connect is a matter of this process alone, and waits for nobody.
+pub fn is_direct(request: &ConnectRequest) -> bool {
+    let interface = settings(&request.properties).map(|settings| settings.interface);
+    let kinds = interface.map(|interface| choose(interface, distance(request)));
+    matches!(kinds, Ok(Ok([Kind::InProcess])))
+}
+
 fn distance(request: &ConnectRequest) -> Distance {
     match &request.target_socket {
         None => Distance::Process,

@@ -22,7 +22,7 @@ pub fn shutdown(manager: &Manager, deadline: Instant) {
         .components()
         .into_iter()
         .map(|component| {
-            let pending = component.ask(Action::Delete, deadline);
+            let pending = component.ask(Action::Delete, deadline, None);
             (component, pending)
         })
         .collect();

@@ -37,6 +37,7 @@ impl Stack {
                 controller: None,
                 out,
                 local: Default::default(),
+                answered: Default::default(),
             },
             nodes,
         })
