@@ -131,7 +131,7 @@ fn converse(
             0 => return Ok(Some(answer)),
             more if answer.len() + more > MAX_ANSWER => {
                 let text = format!("its answer is longer than {MAX_ANSWER} bytes");
-                return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
+                return Err(io::Error::new(ErrorKind::FileTooLarge, text));
             }
             more => answer.extend_from_slice(&piece[..more]),
         }
