@@ -35,6 +35,8 @@ use patience::patience;
 const LOOK: Duration = Duration::from_millis(250);
 /// So many times as long as the last look took, others come first: greeting the controller above all.
 const REST: u32 = 4;
+/// But no longer than this: what has died is to be there again.
+const MOST: Duration = Duration::from_secs(2);
 /// A plan that is not done by then, beside what its steps wait on purpose or may take longer than others, is made anew.
 const DEADLINE: Duration = Duration::from_secs(120);
 /// Most steps at once.
@@ -80,7 +82,7 @@ pub(crate) async fn keep(agent: Arc<Agent>) {
         } else {
             lock(&agent.failures).clear();
         }
-        rest = LOOK.max(begin.elapsed() * REST);
+        rest = (begin.elapsed() * REST).clamp(LOOK, MOST);
     }
 }
 

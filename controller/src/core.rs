@@ -13,7 +13,7 @@ use tokio::time::Instant;
 
 use crate::clock::{Chance, Clock};
 use crate::execute::SharedProgress;
-use crate::fault::Faults;
+use crate::fault::{Fault, Faults};
 use crate::fleet::Fleet;
 use crate::metrics::Metrics;
 use crate::node_numbers;
@@ -142,6 +142,13 @@ pub struct World {
     pub faults: Faults,
     /// Processes that do not answer.
     pub silence: Silence,
+}
+
+impl World {
+    /// True while what does not answer is waited for.
+    pub fn waits_for_silence(&self) -> bool {
+        self.faults.values().any(Fault::may_pass) || !self.silence.of_a_moment().is_empty()
+    }
 }
 
 /// A run, and where its steps are now. Clones are the same.

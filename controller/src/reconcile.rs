@@ -122,6 +122,9 @@ impl Reconciler {
             ASK_AGAIN
         } else if self.runs.any() {
             BUSY_TICK.max(quiet)
+        } else if self.core.sessions.any_may_be_back() || self.core.world().waits_for_silence() {
+            // That the wait is over is told when it is.
+            BUSY_TICK
         } else {
             SLOW_TICK
         };

@@ -225,6 +225,11 @@ impl Sessions {
         self.nodes().values().any(NodeEntry::unsure)
     }
 
+    /// True when some node was there a moment ago and is not now.
+    pub fn any_may_be_back(&self) -> bool {
+        self.nodes().values().any(NodeEntry::may_be_back)
+    }
+
     /// Nodes that are reached by a session of their own, and how.
     pub fn transports(&self) -> BTreeMap<String, Transport> {
         let nodes = self.nodes();

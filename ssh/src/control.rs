@@ -13,8 +13,9 @@ use crate::error::SshError;
 
 /// Longest path of a Unix socket on Linux, and what `ssh` puts behind a path for a moment.
 const MAX_SOCKET: usize = 107 - 18;
-/// Beginning of the names in a folder of ours, and in the one for temporary files, which others use too.
-const PREFIXES: [&str; 2] = ["ssh.", "rtsctl-ssh."];
+/// Beginning of the names in a folder of ours, where no node and no manager has a name with a dot before it, and in the one for
+/// temporary files, which others use too.
+const PREFIXES: [&str; 2] = [".ssh.", "rtsctl-ssh."];
 /// Folders that are made until one stays.
 const TRIES: u32 = 5;
 
@@ -28,7 +29,7 @@ pub(crate) struct Folder {
 impl Folder {
     /// Makes one below `above`, or below the folder for temporary files if paths would be too long.
     pub fn make(above: &Path) -> Result<Self, SshError> {
-        let long = above.as_os_str().len() + "/ssh.XXXXXX/s".len() > MAX_SOCKET;
+        let long = above.as_os_str().len() + "/.ssh.XXXXXX/s".len() > MAX_SOCKET;
         let temporary = std::env::temp_dir();
         let above = if long { temporary.as_path() } else { above };
         let prefix = PREFIXES[usize::from(above == temporary)];
@@ -101,14 +102,15 @@ mod tests {
         std::fs::write(folder.path().join("s"), "").unwrap();
         let left = folder.keep();
         drop(_lock);
-        std::fs::create_dir(above.join("sshd")).unwrap();
+        // The folder of a node may have such a name.
+        std::fs::create_dir(above.join("ssh.arm")).unwrap();
         let lives = Folder::make(above).unwrap();
         assert!(!left.exists());
         let other = Folder::make(above).unwrap();
         assert_ne!(lives.socket(), other.socket());
         assert_eq!(names().len(), 3, "{:?}", names());
         drop((lives, other));
-        assert_eq!(names(), ["sshd"]);
+        assert_eq!(names(), ["ssh.arm"]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What was copied there and nobody needs any more: old versions of programs and modules, and those of homes that have gone.
 //!
 //! Each home that reaches nodes there has a lease, a file that names the programs that it uses; so has who installs a service, as long
-//! as that lasts. It is written before anything is copied. Kept is what a lease, a service, a ledger or a process names, a module for a
+//! as that lasts. It is written before anything is copied. Kept is what a lease, a service, a ledger, or a process or its command names, a module for a
 //! week after its last use, and anything that was used within minutes. A lease that was not renewed for a month has ended. What
 //! cannot be read may name anything: then nothing is removed.
 
@@ -41,8 +41,14 @@ pub enum Claim<'a> {
     Keep(&'a str, &'a [&'a str]),
     /// The lease of this name ends.
     End(&'a str),
-    /// The service and the ledger of this node keep nothing any more: they are about to be removed.
-    Leave(&'a str),
+    /// The service and the ledger of this node keep nothing any more: they are about to be removed. Nor does what installed it,
+    /// if that did not come to its end.
+    Leave {
+        /// The node.
+        node: &'a str,
+        /// The lease of who installs its service.
+        lease: &'a str,
+    },
 }
 
 impl Claim<'_> {
@@ -51,7 +57,7 @@ impl Claim<'_> {
         match self {
             Claim::Keep(lease, digests) => ([lease, "keep", ""], digests.join("\n")),
             Claim::End(lease) => ([lease, "end", ""], String::new()),
-            Claim::Leave(node) => (["", "", node], String::new()),
+            Claim::Leave { node, lease } => ([lease, "end", node], String::new()),
         }
     }
 }
@@ -179,9 +185,13 @@ mod tests {
         assert_eq!(last, [digest(0x12), digest(0x21), "by hand".to_owned()]);
         assert!(!home.join("leases").exists());
         // A service that is being removed needs nothing any more.
-        answer("", &home, Claim::Leave("leg"));
+        // Whoever installed it was cut off.
+        run(&home, "installs", &[&digest(0x12)]);
+        let (node, lease) = ("leg", "installs");
+        answer("", &home, Claim::Leave { node, lease });
         assert_eq!(left(&home), [digest(0x21), "by hand".to_owned()]);
-        answer("", &home, Claim::Leave("arm"));
+        let node = "arm";
+        answer("", &home, Claim::Leave { node, lease });
         assert_eq!(left(&home), ["by hand"]);
         assert!(!home.join("programs").exists());
     }
@@ -238,9 +248,10 @@ mod tests {
         put(home, "programs", 0x11, day);
         put(home, "programs", 0x12, day);
         // Somebody else writes a lease after all were read.
-        let before = r#"mv() { mkdir -p "$h/leases"; echo "$NAMED" >"$h/leases/other"; command mv "$@"; }; "#;
-        let before = format!("NAMED={}; {before}", digest(0x11));
-        let said = answer(&before, home, Claim::End("mine"));
+        std::fs::write(home.join("named"), digest(0x11)).unwrap();
+        let before =
+            r#"mv() { mkdir -p "$h/leases"; cp "$h/named" "$h/leases/other"; command mv "$@"; }; "#;
+        let said = answer(before, home, Claim::End("mine"));
         assert_eq!(
             Collected::parse(said.as_bytes()).unwrap().removed,
             1,
@@ -260,6 +271,29 @@ mod tests {
         std::fs::create_dir(&killed).unwrap();
         answer("", home, Claim::Keep("mine", &[]));
         assert!(!killed.exists());
+    }
+
+    #[test]
+    fn what_the_command_of_a_process_names_stays() {
+        let home = tempfile::tempdir().unwrap();
+        let home = home.path();
+        put(home, "programs", 0xa1, Duration::ZERO);
+        // As an agent, which starts managers later.
+        let manager = format!("{}/programs/{}/rts-manager", home.display(), digest(0xa1));
+        let mut agent = Command::new("/bin/sh")
+            .args(["-c", "echo; read line", "rts-agent", "--manager-program"])
+            .arg(manager)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // It runs its command.
+        let mut out = agent.stdout.take().unwrap();
+        std::io::Read::read_exact(&mut out, &mut [0]).unwrap();
+        assert_eq!(run(home, "mine", &[]), [digest(0xa1)]);
+        drop(agent.stdin.take());
+        agent.wait().unwrap();
+        assert!(run(home, "mine", &[]).is_empty());
     }
 
     #[test]

@@ -19,7 +19,8 @@ done;
 };
 digests() { grep -oE "[0-9a-f]{64}|^unread .*" | sort -u; };
 mark=0000000000000000000000000000000000000000000000000000000000000000;
-needed=$( { echo "$mark"; named; grep -h "/[pm][a-z]*/" /proc/[0-9]*/maps; } 2>/dev/null | digests );
+# A process needs what it was made of, and what its command names: an agent the program of managers that it has not started yet.
+needed=$( { echo "$mark"; named; grep -h "/[pm][a-z]*/" /proc/[0-9]*/maps; cat /proc/[0-9]*/cmdline | tr "\0" "\n"; } 2>/dev/null | digests );
 # Without this tool nobody knows.
 case "$needed" in
 *"unread "*) why="${needed##*unread } cannot be read, and may need anything";;

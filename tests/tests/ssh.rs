@@ -200,7 +200,7 @@ fn a_system_lives_on_a_node_that_is_reached_by_ssh() {
     assert_eq!(lab.copied(), copied, "{}", lab.log());
     let run = std::fs::read_dir(stack.home().join("run/arm")).expect("a folder");
     let names = run.map(|entry| entry.expect("an entry").file_name());
-    let of_sessions = names.filter(|name| name.to_string_lossy().starts_with("ssh."));
+    let of_sessions = names.filter(|name| name.to_string_lossy().starts_with(".ssh."));
     assert!(of_sessions.count() <= 1, "what the killed one left is gone");
 
     let refused = stack.expect(2, &["down"]);

@@ -112,15 +112,21 @@ fn read_requests(
 ) -> Result<(), FrameError> {
     loop {
         let mut burst = Burst::default();
+        let mut broken = None;
         let first = frame::read(reader)?;
         sort(first, connection, shared, &mut burst);
-        // What is here already was asked at once.
-        while burst.len() < MAX_TOGETHER && frame::is_whole(reader.buffer()) {
-            let next = frame::read(reader)?;
-            sort(next, connection, shared, &mut burst);
+        // What is here already was asked at once. What came before a bad frame is carried out all the same.
+        while broken.is_none() && burst.len() < MAX_TOGETHER && frame::is_whole(reader.buffer()) {
+            match frame::read(reader) {
+                Ok(next) => sort(next, connection, shared, &mut burst),
+                Err(error) => broken = Some(error),
+            }
         }
         hand_over(burst.short, connection, shared, asked::answer);
         hand_over(burst.loads, connection, shared, asked::answer_each);
+        if let Some(error) = broken {
+            return Err(error);
+        }
     }
 }
 
@@ -175,12 +181,20 @@ fn hand_over(
         return;
     }
     let ids: Vec<u64> = asked.iter().map(|asked| asked.id).collect();
+    let ends = |asked: &Asked| {
+        let body = &asked.body;
+        matches!(
+            body,
+            RequestBody::Deactivate { .. } | RequestBody::Delete { .. } | RequestBody::Shutdown
+        )
+    };
+    let reserved = usize::from(!asked.iter().all(ends));
     let job = {
         let (connection, shared) = (Arc::clone(connection), Arc::clone(shared));
         move || answer(asked, &connection, &shared)
     };
     let may_grow = shared.manager.may_start_threads();
-    if let Err(Full) = shared.manager.pool.run(may_grow, job) {
+    if let Err(Full) = shared.manager.pool.run(may_grow, reserved, job) {
         for id in ids {
             connection.respond(id, Err(internal("too many requests are under way")));
         }

@@ -25,7 +25,7 @@ const MAX_COMPONENTS: usize = 4096;
 /// Outgoing data connections, a thread each.
 const MAX_DATA: usize = 1024;
 /// Threads of each pool that are ready before they are needed: for one who still wants something of a manager in which an
-/// initialiser hangs, and for his order to end it. What is asked at once takes one, however much it is, and each costs a
+/// initialiser hangs, and one that is kept for his order to end it (Deactivate, Delete, Shutdown). What is asked at once takes one, however much it is, and each costs a
 /// process a tenth of its start and its end.
 const SPARE_THREADS: usize = 2;
 /// Requests that may be under way at once.

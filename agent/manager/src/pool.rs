@@ -93,9 +93,14 @@ impl Pool {
             .wait_timeout_while(state, STARTING, |state| state.ready < state.threads);
     }
 
-    /// Runs a job on a thread of its own, or refuses when `limit` jobs run already, or when none is ready and the pool
-    /// may not grow.
-    pub fn run(&self, may_grow: bool, job: impl FnOnce() + Send + 'static) -> Result<(), Full> {
+    /// Runs a job on a thread of its own, or refuses when `limit` jobs run already, or when the pool may not grow and no more
+    /// than `reserved` threads are ready: those are kept for jobs that reserve none.
+    pub fn run(
+        &self,
+        may_grow: bool,
+        reserved: usize,
+        job: impl FnOnce() + Send + 'static,
+    ) -> Result<(), Full> {
         let mut state = lock(&self.shared.state);
         state.jobs.push_back(Box::new(job));
         if may_grow {
@@ -104,7 +109,7 @@ impl Pool {
         }
         let free = match may_grow {
             true => state.free(),
-            false => state.ready_and_free(),
+            false => state.ready_and_free().saturating_sub(reserved),
         };
         if free < state.jobs.len() {
             state.jobs.pop_back();
@@ -178,7 +183,7 @@ mod tests {
         let gate = Arc::new(Mutex::new(gate));
         for number in 0..2 {
             let (started, gate) = (started.clone(), Arc::clone(&gate));
-            pool.run(true, move || {
+            pool.run(true, 0, move || {
                 started.send(number).unwrap();
                 let _ = lock(&gate).recv();
             })
@@ -187,13 +192,13 @@ mod tests {
         let mut both = [starts.recv().unwrap(), starts.recv().unwrap()];
         both.sort_unstable();
         assert_eq!(both, [0, 1]);
-        assert!(pool.run(true, || ()).is_err());
+        assert!(pool.run(true, 0, || ()).is_err());
 
         release.send(()).unwrap();
         release.send(()).unwrap();
         let (done, finished) = mpsc::channel();
         while pool
-            .run(true, {
+            .run(true, 0, {
                 let done = done.clone();
                 move || done.send(()).unwrap()
             })
@@ -208,7 +213,7 @@ mod tests {
     #[test]
     fn a_pool_that_may_not_grow_uses_the_threads_that_are_ready() {
         let pool = Pool::new("job", 4, 2);
-        assert!(pool.run(false, || ()).is_err());
+        assert!(pool.run(false, 0, || ()).is_err());
         pool.settle();
         let (done, finished) = mpsc::channel();
         let (release, gate) = mpsc::channel::<()>();
@@ -219,14 +224,16 @@ mod tests {
                 let _ = gate.recv();
             }
         };
-        pool.run(false, job).unwrap();
-        pool.run(false, move || done.send(()).unwrap()).unwrap();
+        pool.run(false, 1, job).unwrap();
+        let refused = pool.run(false, 1, || panic!("takes what is reserved"));
+        assert!(refused.is_err(), "one is kept for who ends something");
+        pool.run(false, 0, move || done.send(()).unwrap()).unwrap();
         finished.recv().unwrap();
         finished.recv().unwrap();
         drop(release);
-        pool.run(true, || panic!("must cost no thread")).unwrap();
+        pool.run(true, 0, || panic!("must cost no thread")).unwrap();
         let (done, finished) = mpsc::channel();
-        pool.run(true, move || done.send(()).unwrap()).unwrap();
+        pool.run(true, 0, move || done.send(()).unwrap()).unwrap();
         finished.recv().unwrap();
     }
 }

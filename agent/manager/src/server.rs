@@ -218,7 +218,7 @@ fn admit(stream: UnixStream, shared: &Arc<Shared>) {
         let shared = Arc::clone(shared);
         move || connection::serve(stream, &shared)
     };
-    if let Err(Full) = shared.manager.connections.run(may_grow, job) {
+    if let Err(Full) = shared.manager.connections.run(may_grow, 0, job) {
         log::warn(format_args!("a connection was closed: too many are open"));
     }
 }

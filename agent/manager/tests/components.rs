@@ -72,6 +72,47 @@ fn requests_that_come_together_end_each_for_itself() {
     assert_eq!(component(&mut client, "B").state, "Inactive");
 }
 
+/// However many they are.
+#[test]
+fn requests_that_come_together_take_one_thread() {
+    let manager = start("m");
+    manager.create("A", &[]);
+    let hang = ("hang_ms", "600000");
+    let late = manager.testmod("Late", &[hang, ("hang", "on_initialize")]);
+    let ask = |id: u64, body| Request {
+        id,
+        deadline_ms: 500,
+        body,
+    };
+    let (mut stream, mut bytes) = (manager.connect(), Vec::new());
+    let greeting = Greeting::Control {
+        version: PROTOCOL_VERSION,
+    };
+    frame::write(&mut bytes, &greeting).unwrap();
+    frame::write(&mut bytes, &ask(0, late)).unwrap();
+    // Each waits until its deadline, or for the component to be there.
+    const MANY: u64 = 50;
+    for id in 1..=MANY {
+        frame::write(&mut bytes, &ask(id, activate("Late"))).unwrap();
+    }
+    stream.write_all(&bytes).unwrap();
+    let mut reader = BufReader::new(stream);
+    let _: Hello = frame::read(&mut reader).unwrap();
+    let mut answers = 0;
+    while answers <= MANY {
+        if let FromManager::Response(response) = frame::read_answer(&mut reader).unwrap() {
+            assert!(response.result.is_err(), "{response:?}");
+            answers += 1;
+        }
+    }
+    // A thread that is not needed stays for a while.
+    let tasks = format!("/proc/{}/task", manager.child.id());
+    let tasks = std::fs::read_dir(tasks).unwrap().flatten();
+    let names = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("comm")).ok());
+    let threads = names.filter(|name| name.trim() == "request").count();
+    assert!((1..20).contains(&threads), "{threads} threads");
+}
+
 #[test]
 fn a_component_lives_and_is_seen() {
     let manager = start("m");

@@ -11,7 +11,9 @@ use futures_util::future::join_all;
 use rts_controller_api::objects::{Component, Kind};
 
 use self::standing::holds;
-pub use self::standing::{Patience, away, because, despite_loss, given_up, is_away, on_demand};
+pub use self::standing::{
+    Patience, away, because, despite_loss, given_up, is_away, needed, on_demand,
+};
 use self::wake::Waker;
 use super::home::Home;
 use super::nodes::{NodeSetup, Nodes};

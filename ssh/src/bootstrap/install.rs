@@ -8,7 +8,7 @@ use super::found::Found;
 use super::service::{Keeper, Service};
 use super::{BootstrapError, Request, steps};
 use crate::answer::tame;
-use crate::copies::{Claim, lease_name};
+use crate::copies::Claim;
 use crate::session::Session;
 use crate::store::{LocalFile, Stored};
 use crate::survey::Survey;
@@ -75,14 +75,14 @@ pub async fn install(
             told: Vec::new(),
         });
     }
-    // Nobody else's clean-up takes away what the service does not name yet.
-    let lease = lease_name("service", &service.home, &service.node);
+    let lease = service.lease();
+    let mut told = Vec::new();
     let is_ours = |change: &Change| matches!(change, Change::Copy(_) | Change::Forget);
     let claims = changes.iter().any(is_ours);
     if claims {
         let needed: Vec<&str> = record.digests().collect();
         let claim = Claim::Keep(&lease, &needed);
-        session.collect(&service.home, claim).await?;
+        told = session.collect(&service.home, claim).await?.told;
     }
     copy(session, &settled, &changes, &mut progress).await?;
     for change in &changes {
@@ -116,16 +116,13 @@ pub async fn install(
         steps::write(session, &service.record_file(), "600", &text).await?;
     }
     wait(session, &service).await?;
-    let mut told = Vec::new();
-    if claims {
-        if changes.contains(&Change::Forget) {
-            progress(&Change::Forget);
-        }
-        told = session
-            .collect(&service.home, Claim::End(&lease))
-            .await?
-            .told;
+    if changes.contains(&Change::Forget) {
+        progress(&Change::Forget);
     }
+    // Also where nothing was to be copied: one that was cut off before may have left its lease.
+    let collected = session.collect(&service.home, Claim::End(&lease)).await?;
+    told.extend(collected.told);
+    told.dedup();
     Ok(Installed {
         service,
         changes,

@@ -88,7 +88,15 @@ pub async fn remove(
     let managers = steps::look(session, service).await?.managers;
     steps::stop(session, service, &managers, true).await?;
     // First: what is removed by then is not found when this is run again.
-    let collected = session.collect(&service.home, Claim::Leave(node)).await?;
+    let collected = session
+        .collect(
+            &service.home,
+            Claim::Leave {
+                node,
+                lease: &service.lease(),
+            },
+        )
+        .await?;
     let left = steps::remove(session, service, node, &file).await?;
     if is_unit {
         steps::systemctl(session, service.keeper, &["daemon-reload"]).await?;

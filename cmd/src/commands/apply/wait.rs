@@ -41,10 +41,8 @@ pub async fn wait(
             let verdict = judge(&system, generation);
             last = system;
             let nodes = &last.status.nodes;
-            if let (false, Some(away)) = (
-                matches!(verdict, Verdict::Converged(_)),
-                relays::given_up(nodes),
-            ) {
+            // A node on which only what is optional lies ends nothing.
+            if let Some(away) = relays::given_up(&relays::needed(nodes, &last.status.waiting_on)) {
                 return ControlFlow::Break(Err(away.into()));
             }
             if verdict != Verdict::Unclear {

@@ -93,6 +93,12 @@ pub fn given_up(nodes: &[String]) -> Option<LocalError> {
     away_of(&all(), nodes, false)
 }
 
+/// Those of the nodes that something required waits for.
+pub fn needed(nodes: &[String], waiting: &[Waiting]) -> Vec<String> {
+    let required = |node: &&String| waiting.iter().any(|w| w.required && concerns(node, w));
+    nodes.iter().filter(required).cloned().collect()
+}
+
 /// What a refusal comes from that names a node which is not reached.
 pub fn cause(refusal: &ClientError) -> Option<LocalError> {
     away(&blamed(refusal)?)
@@ -322,6 +328,17 @@ mod tests {
         let told = because(|_| CliError::usage("another error"))(late.await.unwrap_err());
         assert_eq!(told.exit(), Exit::Unreachable);
         assert!(told.line().contains("not made again in time: cut"));
+    }
+
+    #[test]
+    fn only_what_is_required_needs_a_node() {
+        let (arm, leg) = ("arm".to_owned(), "leg".to_owned());
+        let optional = Waiting {
+            required: false,
+            ..waiting("component/B", "node leg is unknown: x")
+        };
+        let waiting = [waiting("component/A", "node arm is unknown: x"), optional];
+        assert_eq!(needed(&[arm.clone(), leg], &waiting), [arm]);
     }
 
     #[test]
