@@ -274,12 +274,12 @@ mod tests {
         // More than a pipe takes.
         large.notes = vec!["x".repeat(1024 * 1024)];
         let problem = of_script(
-            "echo '{\"Err\":{\"type\":\"done\",\"title\":\"t\",\"status\":422}}'; exec >&-; sleep 600",
+            "echo '{\"Err\":{\"type\":\"done\",\"title\":\"t\",\"status\":422}}'; exec >&-; exec sleep 600",
             &large,
         );
         assert_eq!(problem.code, "done");
         large.stop.stop();
-        let problem = of_script("sleep 600", &large);
+        let problem = of_script("exec sleep 600", &large);
         assert!(problem.detail.contains("nobody"), "{problem:?}");
     }
 
