@@ -29,6 +29,11 @@ pub fn lease_name(machine: &str, home: &str, node: &str) -> String {
     name
 }
 
+/// The lease of who installs the service of a node: nobody else's clean-up takes away what that does not name yet.
+pub(crate) fn service_lease(home: &str, node: &str) -> String {
+    lease_name("service", home, node)
+}
+
 /// Where a lease lies in a home there.
 pub(crate) fn place(home: &str, lease: &str) -> String {
     format!("{}/leases/{lease}", home.trim_end_matches('/'))

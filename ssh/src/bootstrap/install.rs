@@ -8,7 +8,7 @@ use super::found::Found;
 use super::service::{Keeper, Service};
 use super::{BootstrapError, Request, steps};
 use crate::answer::tame;
-use crate::copies::Claim;
+use crate::copies::{Claim, service_lease};
 use crate::session::Session;
 use crate::store::{LocalFile, Stored};
 use crate::survey::Survey;
@@ -75,7 +75,7 @@ pub async fn install(
             told: Vec::new(),
         });
     }
-    let lease = service.lease();
+    let lease = service_lease(&service.home, &service.node);
     let mut told = Vec::new();
     let is_ours = |change: &Change| matches!(change, Change::Copy(_) | Change::Forget);
     let claims = changes.iter().any(is_ours);

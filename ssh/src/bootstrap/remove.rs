@@ -2,7 +2,7 @@
 
 use super::service::{Keeper, Service};
 use super::{BootstrapError, steps};
-use crate::copies::Claim;
+use crate::copies::{Claim, service_lease};
 use crate::session::Session;
 use crate::survey::Survey;
 
@@ -93,7 +93,7 @@ pub async fn remove(
             &service.home,
             Claim::Leave {
                 node,
-                lease: &service.lease(),
+                lease: &service_lease(&service.home, node),
             },
         )
         .await?;

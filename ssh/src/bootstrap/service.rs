@@ -5,7 +5,6 @@ use std::fmt::Write;
 use serde::{Deserialize, Serialize};
 
 use super::found::Record;
-use crate::copies::lease_name;
 use crate::survey::{Survey, Systemd};
 
 /// Who keeps the agent running.
@@ -55,11 +54,6 @@ pub struct Service {
 }
 
 impl Service {
-    /// The lease of who installs it: nobody else's clean-up takes away what it does not name yet.
-    pub(super) fn lease(&self) -> String {
-        lease_name("service", &self.home, &self.node)
-    }
-
     /// Of an account, kept by what is best there.
     pub(super) fn new(survey: &Survey, node: &str) -> Self {
         Self::kept_by(Keeper::of(survey), survey, node)
